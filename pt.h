@@ -1,0 +1,4814 @@
+/* pt.h - v0.1.0 - a path tracer in one C99 header.  MIT licence, at the end of the file.
+
+   HOW TO USE
+     In one source file, and only there:      Everywhere else:
+         #define PT_IMPLEMENTATION                #include "pt.h"
+         #include "pt.h"
+     Then build a scene, commit it, render it, and look:
+         pt_scene *s = pt_scene_create(NULL);
+         pt_material white = pt_add_material(s, &(pt_material_desc){ .color = {.8f, .8f, .8f} });
+         pt_add_sphere(s, pt_v3(0, 0, 0), 1, white);
+         pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_ENVIRONMENT, .color = {1, 1, 1} });
+         pt_scene_commit(s);
+         pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 64,
+             .camera = { .eye = {0, 1, 5}, .target = {0, 0, 0} } });
+         if (pt_render_run(r) == PT_OK) pt_write_ppm("sphere.ppm", pt_render_pixels(r), 512, 512, 0);
+         pt_render_destroy(r);
+         pt_scene_destroy(s);
+     cc main.c -lm -lpthread.  No flags are needed for speed: the AVX2 code is chosen at run time.
+
+   OPTIONS  (define before the #include that has PT_IMPLEMENTATION)
+     PT_STATIC          every function static: the whole path tracer inside one source file
+     PT_NO_THREADS      no pthreads: pt_render_run renders on the calling thread, and there is no clock
+     PT_NO_STDIO        no files: the functions that take a path are left out, their memory twins stay
+     PT_NO_SIMD         plain C only
+     PT_ALLOW_FAST_MATH compile under -ffast-math or x87 all the same, and give up equal bits
+
+   WHAT HOLDS EVERYWHERE
+     Zero in a desc means the default that stands beside it. Units are metres, seconds, degrees where a name ends in
+     _deg, and radiance in W/(sr m^2). Colours are linear RGB with Rec. 709 primaries. Coordinates are right-handed and
+     +y is up. Every handle that a failed call returned may be passed on: the scene keeps the first error and says it
+     at commit. Nothing prints, exits or keeps a global; two scenes never share anything, and any number of threads may
+     read one committed scene.
+
+   The same scene, seed and version give the same bits: for any number of threads, any tile size, any compiler flag
+   (but -ffast-math), any instruction set, on any machine with IEEE floats.
+
+   TABLE OF CONTENTS  (search for >>name)
+     the public face, then:
+     >>platform   what differs between machines: SIMD, threads, memory, error texts, the floating-point mode
+     >>math       vectors, transforms, our own sin cos exp log pow atan2 acos
+     >>random     PCG32, Owen-scrambled Sobol, stratified: numbers as a function of (seed, pixel, sample, dimension)
+     >>warp       from the unit square to disks, hemispheres, cones, triangles, rectangles, tables; each with its density
+     >>shape      triangles, spheres, instances, users' shapes: bounds and intersection
+     >>bvh        the binned SAH build, straight into an eight-wide tree
+     >>kernel     ray against boxes and triangles for each instruction set; the traversal
+     >>texture    pictures and callbacks
+     >>bsdf       diffuse, mirror, glass, users' BSDFs
+     >>light      emitters by solid angle, the light tree, environments
+     >>scene      adding, checking, committing
+     >>mixture    the one density that a path draws its next direction from
+     >>path       the estimator
+     >>camera     pinhole and thin lens
+     >>film       exact sums
+     >>render     tiles, threads, progress
+     >>image      PPM, PFM, Radiance HDR
+     >>mesh       Wavefront OBJ
+     >>license */
+#ifndef PT_PATHTRACER_H_INCLUDED /* not PT_H: another well-known library on embedded systems ships a pt.h too */
+#define PT_PATHTRACER_H_INCLUDED
+
+#define PT_VERSION_MAJOR 0
+#define PT_VERSION_MINOR 1
+#define PT_VERSION_PATCH 0
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef PT_STATIC
+#if defined(__GNUC__)
+#define PT_DEF __attribute__((unused)) static
+#else
+#define PT_DEF static
+#endif
+#elif !defined(PT_DEF)
+#define PT_DEF extern
+#endif
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- basic types -------------------------------------------------------------------------------------- */
+
+typedef struct pt_vec3  { float x, y, z; } pt_vec3;       /* points, directions, and linear RGB */
+typedef struct pt_xform { float m[12]; } pt_xform;        /* affine, 3 rows of 4: x' = m0 x + m1 y + m2 z + m3; all zero
+                                                             means identity */
+typedef struct pt_ray {
+    pt_vec3 org, dir;                                     /* dir of any length but zero; t counts in its units */
+    float tmin, tmax, time;                               /* hits have tmin < t < tmax; tmax 0 = no limit */
+} pt_ray;
+
+typedef struct pt_scene  pt_scene;                        /* opaque; read-only once committed */
+typedef struct pt_render pt_render;                       /* opaque; one image in progress */
+
+typedef struct pt_material { uint32_t id; } pt_material;  /* typed handles: 0 is "none" */
+typedef struct pt_texture  { uint32_t id; } pt_texture;
+typedef struct pt_shape    { uint32_t id; } pt_shape;
+typedef struct pt_light    { uint32_t id; } pt_light;
+typedef struct pt_density  { uint32_t id; } pt_density;
+
+typedef enum pt_result {
+    PT_OK = 0, PT_MORE = 1, PT_CANCELLED = 2,             /* >= 0: no error */
+    PT_ERR_ARG = -1, PT_ERR_STATE = -2, PT_ERR_MEMORY = -3, PT_ERR_IO = -4, PT_ERR_FORMAT = -5
+} pt_result;
+PT_DEF const char *pt_result_string(pt_result r);         /* "ok", "out of memory", ...; never NULL */
+
+/* ---- host services: every member optional, zero = built-in -------------------------------------------- */
+
+/* Either both functions or none. alloc returns memory aligned to align (a power of two up to 64), or NULL; free gets the
+   size that alloc got. Called from the thread that calls the header, never while a tile is rendered. */
+typedef struct pt_allocator {
+    void *(*alloc)(void *user, size_t size, size_t align);
+    void  (*free)(void *user, void *ptr, size_t size);
+    void  *user;
+} pt_allocator;
+/* Hears each error once, with the text that pt_scene_error or pt_render_error returns. */
+typedef struct pt_logger { void (*log)(void *user, pt_result code, const char *message); void *user; } pt_logger;
+
+/* ---- scene: errors are sticky; every call accepts what a failed call returned; check once, at commit --- */
+
+typedef struct pt_scene_desc { pt_allocator allocator; pt_logger logger; } pt_scene_desc;
+
+PT_DEF pt_scene   *pt_scene_create(const pt_scene_desc *desc);   /* NULL desc = defaults; NULL when out of memory */
+PT_DEF void        pt_scene_destroy(pt_scene *s);                /* NULL is fine. Renders and instances of s go first */
+PT_DEF pt_result   pt_scene_commit(pt_scene *s);                 /* builds the trees; the scene is read-only from then on */
+PT_DEF const char *pt_scene_error(const pt_scene *s);            /* first error, in words, or "" */
+
+/* Where a path stands: a point on a surface; all that a callback may look at. */
+typedef struct pt_vertex {
+    pt_vec3 p, wo;                                        /* position; unit direction back along the path */
+    pt_vec3 ng, ns, tangent;                              /* unit: geometric normal, on the side from which the winding is
+                                                             counter-clockwise; shading normal, on the same side as ng, not
+                                                             perpendicular to wo; along growing u, perpendicular to ns */
+    float u, v, t, time;                                  /* texture coordinates; distance in the ray's units; ray time */
+    uint32_t prim;                                        /* triangle within its mesh; 0 elsewhere */
+    pt_shape shape, instance;                             /* instance: none outside one */
+    pt_material material;                                 /* of the scene that owns the shape */
+    float error;                                          /* bound on p's distance from the surface; a next ray starts
+                                                             that much above it */
+} pt_vertex;
+
+/* A density over directions: what the path tracer's mixture is made of. BSDF lobes, lights, the environment and whatever
+   a user adds are all this one thing. sample returns 0 if it can draw none (that share of the mixture is then lost,
+   not biased); pdf returns what sample draws with, per steradian, for every unit wi. Called from all render threads. */
+typedef struct pt_density_desc {
+    float weight;                                         /* share in every mixture, the BSDF's being 1 - the sum; 0 = 0.25 */
+    int   (*sample)(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi);
+    float (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi);
+    void  *user;
+} pt_density_desc;
+PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d);
+
+/* A texture: pixels with the top row first, or a callback. Bilinear, repeated in u and v; v = 0 is the bottom. */
+typedef struct pt_texture_desc {
+    int width, height, channels;                          /* channels 1 (grey), 3 (RGB) or 4 (the fourth is ignored) */
+    int srgb;                                             /* bytes only: 1 = sRGB-encoded, 0 = linear */
+    int is_float;                                         /* pixels are floats instead of bytes */
+    const void *pixels;                                   /* copied */
+    pt_vec3 (*eval)(void *user, const pt_vertex *x);      /* instead of pixels */
+    void *user;
+} pt_texture_desc;
+PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d);
+
+typedef enum pt_bsdf { PT_BSDF_DIFFUSE, PT_BSDF_CONDUCTOR, PT_BSDF_DIELECTRIC, PT_BSDF_USER } pt_bsdf;
+
+/* What a BSDF says when asked for a direction. delta: wi is the only direction of its lobe (a mirror's), pdf is the
+   probability of having chosen that lobe, and f the lobe's whole weight. Else pdf and f are ignored: the mixture asks
+   eval and pdf itself, since it may draw directions from elsewhere too. */
+typedef struct pt_scatter { pt_vec3 wi, f; float pdf; int delta; } pt_scatter;
+
+/* A BSDF. Directions are unit vectors that point away from the surface. The built-in ones are tables of this kind too. */
+typedef struct pt_bsdf_vtable {
+    pt_vec3 (*eval)(void *user, const pt_vertex *x, pt_vec3 wi);        /* f(wo, wi) |cos|, without delta lobes */
+    float   (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi);         /* per steradian, without delta lobes */
+    int     (*sample)(void *user, const pt_vertex *x, const float u[3], pt_scatter *out);    /* 0: absorbed */
+    float   (*delta)(void *user, const pt_vertex *x);                   /* probability that sample yields a delta; the pdf
+                                                                           integrates to the rest. NULL = never */
+} pt_bsdf_vtable;
+typedef struct pt_material_desc {
+    pt_bsdf    bsdf;
+    pt_vec3    color;                                     /* diffuse: albedo. Conductor: reflectance. Dielectric: tint of
+                                                             both lobes, zero = white. In [0,1] */
+    pt_texture color_texture;                             /* multiplies color; where color is zero, replaces it */
+    float      ior;                                       /* dielectric: inside over outside; 0 = 1.5 */
+    pt_vec3    emission;                                  /* radiance */
+    int        two_sided;                                 /* emit to both sides; 0 = to the side of the normal */
+    const pt_bsdf_vtable *vtable;                         /* PT_BSDF_USER; kept, not copied */
+    void      *user;
+} pt_material_desc;
+PT_DEF pt_material pt_add_material(pt_scene *s, const pt_material_desc *d);
+
+typedef struct pt_mesh_desc {
+    const float    *positions;                            /* x y z ... in metres, finite, below 1e12 */
+    size_t          vertex_count, vertex_stride;          /* stride in bytes, a multiple of 4; 0 = 12 */
+    const uint32_t *indices;                              /* three a triangle; NULL = 0 1 2, 3 4 5, ... */
+    size_t          index_count;                          /* with NULL indices: 0 = vertex_count */
+    const float    *normals, *uvs;                        /* 3 and 2 floats a vertex, tight; NULL = none. A zero normal
+                                                             stands for the triangle's own */
+    pt_material     material;
+    int             borrow;                               /* the caller keeps the arrays alive; nothing is copied */
+} pt_mesh_desc;
+
+/* A shape of the user's own. bounds is asked at commit. intersect returns nonzero and fills t (tmin < t < tmax), ng,
+   and as it likes u and v, for the nearest hit; the rest of x is the renderer's. Called from all render threads. */
+typedef struct pt_shape_vtable {
+    void (*bounds)(void *user, pt_vec3 *lo, pt_vec3 *hi);
+    int  (*intersect)(void *user, const pt_ray *ray, pt_vertex *x);
+} pt_shape_vtable;
+
+PT_DEF pt_shape pt_add_mesh(pt_scene *s, const pt_mesh_desc *d);
+PT_DEF pt_shape pt_add_sphere(pt_scene *s, pt_vec3 center, float radius, pt_material m);
+/* A parallelogram; its normal is edge_u x edge_v, (u, v) = (0, 0) at corner. */
+PT_DEF pt_shape pt_add_quad(pt_scene *s, pt_vec3 corner, pt_vec3 edge_u, pt_vec3 edge_v, pt_material m);
+/* Six quads facing outwards; xform NULL = identity. */
+PT_DEF pt_shape pt_add_box(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *xform, pt_material m);
+/* Places a committed scene, which must outlive s and have no instances of its own. Its environment does not come along;
+   its emitters do (a sphere's light is found by chance only, where xform makes it an ellipsoid). */
+PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform *xform);
+PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m);
+
+/* Lights that have no shape. (Every shape whose material emits is a light too.) */
+typedef enum pt_light_kind { PT_LIGHT_ENVIRONMENT } pt_light_kind;
+typedef struct pt_light_desc {
+    pt_light_kind kind;                                   /* one environment a scene */
+    pt_vec3 color;                                        /* radiance; multiplies the texture and the callback, there
+                                                             zero = 1 */
+    pt_texture texture;                                   /* equirectangular: its middle is towards -z, its right towards +x */
+    float rotate_deg;                                     /* about +y, counter-clockwise seen from above */
+    pt_vec3 (*radiance)(void *user, pt_vec3 dir);         /* instead of a texture. Sampled after a table of 256 x 128 cells */
+    void *user;
+} pt_light_desc;
+PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d);
+
+/* ---- render: a bag of tiles. Any number of the caller's threads may call pt_render_work() ------------- */
+
+typedef struct pt_camera {
+    pt_vec3 eye, target, up;                              /* up: zero = +y */
+    float vfov_deg;                                       /* 0 = 40; below 180 */
+    float aperture, focus;                                /* lens radius, 0 = pinhole; focal distance, 0 = to the target */
+} pt_camera;
+typedef enum pt_sampler { PT_SAMPLER_SOBOL, PT_SAMPLER_STRATIFIED, PT_SAMPLER_RANDOM } pt_sampler;
+
+/* Shares of the mixture's parts. All zero = automatic: what is there divides among the parts by how much light they seem
+   to send, a fair share staying with the BSDF. Else relative, >= 0; a part that a vertex lacks gives its share back. */
+typedef struct pt_weights { float bsdf, lights, environment; } pt_weights;
+
+typedef struct pt_render_desc {
+    int width, height, spp;                               /* pixels, up to 65536 each; samples a pixel, 0 = 64 */
+    int max_depth;                                        /* scattering events; 0 = 64 */
+    int tile, threads;                                    /* 0 = 32 pixels; 0 = one a core */
+    uint64_t seed;
+    int first_sample;                                     /* of a larger render that several machines share */
+    pt_camera camera;
+    pt_sampler sampler;
+    pt_weights weights;
+    const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
+    int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time; nonzero cancels */
+    void *user;
+} pt_render_desc;
+typedef struct pt_stats {
+    uint64_t rays, paths;
+    uint64_t discarded;                                   /* samples that were not finite, or negative: counted as black */
+    double seconds;                                       /* inside pt_render_run; 0 with PT_NO_THREADS */
+} pt_stats;
+
+/* The scene must be committed and outlive the render. NULL only when out of memory: bad arguments make a render whose
+   calls return PT_ERR_ARG and whose pt_render_error says why. Everything a render needs is allocated here. */
+PT_DEF pt_render   *pt_render_create(const pt_scene *s, const pt_render_desc *d);
+PT_DEF void         pt_render_destroy(pt_render *r);      /* when no thread is inside it; NULL is fine */
+PT_DEF const char  *pt_render_error(const pt_render *r);  /* in words, or "" */
+PT_DEF pt_result    pt_render_work(pt_render *r);         /* one tile: PT_MORE, PT_OK when none was left to take,
+                                                             PT_CANCELLED, or an error; any number of threads */
+PT_DEF pt_result    pt_render_run(pt_render *r);          /* blocks: desc.threads threads calling pt_render_work */
+PT_DEF pt_result    pt_render_add_samples(pt_render *r, int spp);   /* when all is done: makes work for spp more */
+PT_DEF pt_result    pt_render_merge(pt_render *into, const pt_render *from); /* adds the samples of a render of the same
+                                                             size: ranges merged equal the whole, bit for bit */
+PT_DEF void         pt_render_cancel(pt_render *r);       /* from any thread; finished pixels stay */
+PT_DEF const float *pt_render_pixels(pt_render *r);       /* mean so far: linear RGB, top row first, width * height * 3;
+                                                             black where no sample is finished. One thread at a time,
+                                                             valid until the next call or destroy */
+PT_DEF pt_stats     pt_render_stats(pt_render *r);        /* any thread */
+
+/* ---- files --------------------------------------------------------------------------------------------- */
+/* Pictures are linear RGB, top row first. What takes a path has a twin for memory or a callback. A file that could not
+   be written whole is not left behind, and one that was there before stays as it was. */
+
+typedef struct pt_writer {
+    int (*write)(void *user, const void *data, size_t size);     /* 0 = fine; anything else stops with PT_ERR_IO */
+    void *user;
+} pt_writer;
+PT_DEF pt_result pt_write_ppm_to(const pt_writer *w, const float *rgb, int width, int height, float exposure_stops);
+PT_DEF pt_result pt_write_pfm_to(const pt_writer *w, const float *rgb, int width, int height);
+PT_DEF pt_result pt_write_hdr_to(const pt_writer *w, const float *rgb, int width, int height);
+#ifndef PT_NO_STDIO
+PT_DEF pt_result pt_write_ppm(const char *path, const float *rgb, int width, int height, float exposure_stops);
+PT_DEF pt_result pt_write_pfm(const char *path, const float *rgb, int width, int height);   /* exact */
+PT_DEF pt_result pt_write_hdr(const char *path, const float *rgb, int width, int height);   /* 8 bits a channel and a
+                                                                                                shared exponent */
+#endif
+
+/* A picture read from a file. Start from zero, or with an allocator set; free with pt_image_free, also after an error. */
+typedef struct pt_image {
+    int width, height, channels;                          /* 3, or 1 for a grey PFM */
+    float *pixels;                                        /* top row first */
+    pt_allocator allocator;
+    char error[256];                                      /* "file:line: reason", or "" */
+} pt_image;
+PT_DEF pt_result pt_read_image_memory(pt_image *out, const void *data, size_t size);   /* PFM or Radiance HDR, by content */
+#ifndef PT_NO_STDIO
+PT_DEF pt_result pt_read_image(pt_image *out, const char *path);
+#endif
+PT_DEF void      pt_image_free(pt_image *image);
+
+/* A mesh read from a file; its arrays fit pt_mesh_desc. Start from zero, or with an allocator set; free also after an
+   error. */
+typedef struct pt_mesh {
+    float *positions, *normals, *uvs;                     /* normals and uvs: NULL if the file has none */
+    uint32_t *indices;
+    size_t vertex_count, index_count;
+    pt_vec3 lo, hi;                                       /* bounds of what the indices use */
+    pt_allocator allocator;
+    char error[256];                                      /* "file:line: reason", or "" */
+} pt_mesh;
+PT_DEF pt_result pt_read_obj_memory(pt_mesh *out, const void *data, size_t size);
+#ifndef PT_NO_STDIO
+PT_DEF pt_result pt_read_obj(pt_mesh *out, const char *path);
+#endif
+PT_DEF void      pt_mesh_free(pt_mesh *mesh);
+
+/* ---- the toolbox: the parts the integrator is made of, for teaching, tests and other uses ------------- */
+
+PT_DEF int      pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x);     /* nearest hit; 0 = none */
+PT_DEF int      pt_occluded(const pt_scene *s, const pt_ray *ray);                    /* any hit */
+typedef struct pt_rng { uint64_t state, inc; } pt_rng;    /* PCG32 */
+PT_DEF void     pt_rng_seed(pt_rng *r, uint64_t seed, uint64_t stream);
+PT_DEF uint32_t pt_rng_u32(pt_rng *r);
+PT_DEF float    pt_rng_float(pt_rng *r);                  /* [0,1) */
+
+static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y = y; v.z = z; return v; }
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* PT_PATHTRACER_H_INCLUDED */
+
+/* ======================================================================================================= *
+ *  Implementation                                                                                         *
+ * ======================================================================================================= */
+#if defined(PT_IMPLEMENTATION) && !defined(PTI_IMPLEMENTED)
+#define PTI_IMPLEMENTED
+
+/* ---- >>platform ----------------------------------------------------------------------------------------
+   All that differs between machines and compilers, so that no later chapter needs an #if. Floats must mean the same
+   everywhere: no x87 excess precision, no fast-math, no fusing of a * b + c, no flushing of denormals. */
+
+#include <float.h>
+#include <math.h>    /* sqrt, sqrtf, floor, floorf, fabsf: those that IEEE 754 fixes to the bit */
+#include <stdarg.h>
+#include <stdlib.h>  /* malloc, free */
+#include <string.h>
+#ifndef PT_NO_STDIO
+#include <stdio.h>
+#endif
+#ifndef PT_NO_THREADS
+#include <pthread.h>
+#include <sys/time.h>
+#include <unistd.h>
+#endif
+
+#ifndef PT_ALLOW_FAST_MATH
+#if defined(__FAST_MATH__)
+#error "pt.h promises equal bits everywhere, and -ffast-math breaks that: compile without it, or define PT_ALLOW_FAST_MATH"
+#endif
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+#error "pt.h needs floats that are computed as floats: add -msse2 -mfpmath=sse, or define PT_ALLOW_FAST_MATH"
+#endif
+#endif
+
+#if !defined(PT_NO_SIMD) && (defined(__x86_64__) || (defined(__i386__) && defined(__SSE2__))) && defined(__GNUC__)
+#define PTI_X86
+#include <immintrin.h>
+#include <cpuid.h>
+#elif !defined(PT_NO_SIMD) && defined(__aarch64__) && defined(__GNUC__)   /* 32-bit NEON flushes denormals: not for us */
+#define PTI_NEON
+#include <arm_neon.h>
+#endif
+
+#if defined(__GNUC__)
+#define PTI_INLINE static inline __attribute__((always_inline))
+#define PTI_AVX2   __attribute__((target("avx2,fma")))
+#define PTI_NOINLINE static __attribute__((noinline))
+#else
+#define PTI_INLINE static inline
+#define PTI_NOINLINE static
+#endif
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC push_options
+#pragma GCC optimize ("fp-contract=off")
+#elif defined(_MSC_VER)
+#pragma fp_contract(off)
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Denormals kept, rounding to nearest, whatever the host's thread has set. */
+typedef uint64_t pti_fpmode;
+static pti_fpmode pti_fpmode_enter(void) {
+#if defined(PTI_X86)
+    pti_fpmode old = _mm_getcsr();
+    _mm_setcsr(0x1f80);
+    return old;
+#elif defined(PTI_NEON)
+    pti_fpmode old, ieee = 0;
+    __asm__ volatile("mrs %0, fpcr" : "=r"(old));
+    __asm__ volatile("msr fpcr, %0" : : "r"(ieee));
+    return old;
+#else
+    return 0;
+#endif
+}
+static void pti_fpmode_leave(pti_fpmode old) {
+#if defined(PTI_X86)
+    _mm_setcsr((unsigned)old);
+#elif defined(PTI_NEON)
+    __asm__ volatile("msr fpcr, %0" : : "r"(old));
+#else
+    (void)old;
+#endif
+}
+
+/* The instruction sets that kernels exist for, best last. */
+#define PTI_ISAS(X) X(scalar, SCALAR) X(sse2, SSE2) X(avx2, AVX2) X(neon, NEON)
+typedef enum pti_isa {
+#define PTI_ISA_ENUM(name, NAME) PTI_##NAME##_ISA,
+    PTI_ISAS(PTI_ISA_ENUM)
+#undef PTI_ISA_ENUM
+    PTI_ISA_COUNT
+} pti_isa;
+
+static int pti_isa_supported(int isa) {
+    if (isa == PTI_SCALAR_ISA) return 1;
+#if defined(PTI_X86)
+    if (isa == PTI_SSE2_ISA) return 1;
+    if (isa == PTI_AVX2_ISA) {
+        unsigned a, b, c, d, lo, hi;
+        if (!__get_cpuid(1, &a, &b, &c, &d)) return 0;
+        if (!(c & (1u << 12)) || !(c & (1u << 27))) return 0;                   /* FMA; the OS has switched XSAVE on */
+        __asm__ volatile("xgetbv" : "=a"(lo), "=d"(hi) : "c"(0));
+        if ((lo & 6) != 6) return 0;                                           /* and saves the wide registers */
+        return __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & (1u << 5));     /* AVX2 */
+    }
+#elif defined(PTI_NEON)
+    if (isa == PTI_NEON_ISA) return 1;
+#endif
+    return 0;
+}
+static int pti_isa_best(void) {
+    int isa = PTI_ISA_COUNT - 1;
+    while (!pti_isa_supported(isa)) isa--;
+    return isa;
+}
+static int pti_isa_by_name(const char *name) {           /* -1: no such name */
+#define PTI_ISA_NAME(n, N) if (!strcmp(name, #n)) return PTI_##N##_ISA;
+    PTI_ISAS(PTI_ISA_NAME)
+#undef PTI_ISA_NAME
+    return -1;
+}
+
+/* Threads. Without them, locks are nothing and one thread is all there is. */
+#ifndef PT_NO_THREADS
+typedef pthread_mutex_t pti_mutex;
+typedef pthread_t pti_thread;
+static int  pti_mutex_init(pti_mutex *m) { return pthread_mutex_init(m, NULL) == 0; }
+static void pti_mutex_free(pti_mutex *m) { pthread_mutex_destroy(m); }
+static void pti_lock(pti_mutex *m)       { pthread_mutex_lock(m); }
+static void pti_unlock(pti_mutex *m)     { pthread_mutex_unlock(m); }
+static int  pti_thread_start(pti_thread *t, void *(*f)(void *), void *arg) { return pthread_create(t, NULL, f, arg) == 0; }
+static void pti_thread_join(pti_thread t) { pthread_join(t, NULL); }
+static int  pti_cores(void) { long n = sysconf(_SC_NPROCESSORS_ONLN); return n < 1 ? 1 : n > 1024 ? 1024 : (int)n; }
+static double pti_seconds(void) {        /* not clock_gettime: strict C99 hides it */
+    struct timeval t;
+    gettimeofday(&t, NULL);
+    return (double)t.tv_sec + 1e-6 * (double)t.tv_usec;
+}
+#else
+typedef int pti_mutex;
+typedef int pti_thread;
+static int  pti_mutex_init(pti_mutex *m) { *m = 0; return 1; }
+static void pti_mutex_free(pti_mutex *m) { (void)m; }
+static void pti_lock(pti_mutex *m)       { (void)m; }
+static void pti_unlock(pti_mutex *m)     { (void)m; }
+static int  pti_thread_start(pti_thread *t, void *(*f)(void *), void *arg) { (void)t; (void)f; (void)arg; return 0; }
+static void pti_thread_join(pti_thread t) { (void)t; }
+static int  pti_cores(void) { return 1; }
+static double pti_seconds(void) { return 0; }
+#endif
+
+/* Memory. The built-in allocator aligns by itself and keeps malloc's own pointer just below the block. */
+#define PTI_ALIGN 64
+static void *pti_default_alloc(void *user, size_t size, size_t align) {
+    char *raw, *p;
+    (void)user;
+    raw = (char *)malloc(size + align + sizeof raw);
+    if (!raw) return NULL;
+    p = raw + sizeof raw;
+    p += (align - (uintptr_t)p % align) % align;
+    memcpy(p - sizeof raw, &raw, sizeof raw);
+    return p;
+}
+static void pti_default_free(void *user, void *ptr, size_t size) {
+    void *raw;
+    (void)user; (void)size;
+    memcpy(&raw, (char *)ptr - sizeof raw, sizeof raw);
+    free(raw);
+}
+static pt_allocator pti_allocator_or_default(pt_allocator a) {
+    if (!a.alloc || !a.free) { a.alloc = pti_default_alloc; a.free = pti_default_free; a.user = NULL; }
+    return a;
+}
+static void *pti_alloc(const pt_allocator *a, size_t count, size_t size) {     /* zeroed; NULL on overflow too */
+    void *p;
+    if (count > (SIZE_MAX - 2 * PTI_ALIGN) / size) return NULL;
+    if (!count) count = 1;
+    p = a->alloc(a->user, count * size, PTI_ALIGN);
+    if (p) memset(p, 0, count * size);
+    return p;
+}
+static void pti_free(const pt_allocator *a, void *p, size_t count, size_t size) {
+    if (p) a->free(a->user, p, (count ? count : 1) * size);
+}
+/* Makes room for one more at the end of *array, doubling. The array may have moved; 0 when out of memory. */
+static int pti_grow(const pt_allocator *a, void **array, size_t count, size_t *capacity, size_t size) {
+    size_t more;
+    void *p;
+    if (count < *capacity) return 1;
+    if (*capacity > SIZE_MAX / 2) return 0;
+    more = *capacity ? *capacity * 2 : 16;
+    p = pti_alloc(a, more, size);
+    if (!p) return 0;
+    if (count) memcpy(p, *array, count * size);
+    pti_free(a, *array, *capacity, size);
+    *array = p;
+    *capacity = more;
+    return 1;
+}
+
+/* Texts, without stdio. pti_format knows %s (string), %u (uint64_t), %d (int) and %g (double, six digits). */
+typedef struct pti_text { char *at; size_t left; } pti_text;
+static void pti_put(pti_text *t, const char *s) {
+    while (*s && t->left > 1) { *t->at++ = *s++; t->left--; }
+    *t->at = 0;
+}
+static void pti_put_uint(pti_text *t, uint64_t v) {
+    char digits[24], *p = digits + sizeof digits;
+    *--p = 0;
+    do { *--p = (char)('0' + v % 10); v /= 10; } while (v);
+    pti_put(t, p);
+}
+static void pti_put_double(pti_text *t, double v) {
+    int e = 0, i;
+    uint64_t n;
+    char digits[8], one[2] = { 0, 0 };
+    if (v != v) { pti_put(t, "nan"); return; }
+    if (v < 0) { pti_put(t, "-"); v = -v; }
+    if (v > DBL_MAX) { pti_put(t, "inf"); return; }
+    if (v == 0) { pti_put(t, "0"); return; }
+    while (v >= 10) { v /= 10; e++; }
+    while (v < 1) { v *= 10; e--; }
+    n = (uint64_t)(v * 100000 + 0.5);
+    if (n >= 1000000) { n /= 10; e++; }
+    for (i = 5; i >= 0; i--) { digits[i] = (char)('0' + n % 10); n /= 10; }
+    for (i = 5; i > 0 && digits[i] == '0'; i--) {}
+    digits[i + 1] = 0;                                   /* trailing zeros go */
+    if (e >= 0 && e < 6) {                               /* 123.45 */
+        int k;
+        for (k = 0; k <= e; k++) { one[0] = k <= i ? digits[k] : '0'; pti_put(t, one); }
+        if (i > e) { pti_put(t, "."); pti_put(t, digits + e + 1); }
+        return;
+    }
+    one[0] = digits[0];
+    pti_put(t, one);
+    if (i > 0) { pti_put(t, "."); pti_put(t, digits + 1); }
+    pti_put(t, e < 0 ? "e-" : "e+");
+    pti_put_uint(t, (uint64_t)(e < 0 ? -e : e));
+}
+static void pti_vformat(char *out, size_t size, const char *format, va_list args) {
+    pti_text t;
+    char one[2] = { 0, 0 };
+    t.at = out; t.left = size;
+    *out = 0;
+    for (; *format; format++) {
+        if (*format != '%') { one[0] = *format; pti_put(&t, one); continue; }
+        switch (*++format) {
+        case 's': pti_put(&t, va_arg(args, const char *)); break;
+        case 'u': pti_put_uint(&t, va_arg(args, uint64_t)); break;
+        case 'g': pti_put_double(&t, va_arg(args, double)); break;
+        default: {                                       /* d */
+            int d = va_arg(args, int);
+            if (d < 0) pti_put(&t, "-");
+            pti_put_uint(&t, d < 0 ? (uint64_t)-(int64_t)d : (uint64_t)d);
+        }
+        }
+    }
+}
+
+/* The first error sticks; the logger hears every one. */
+typedef struct pti_error { pt_result code; char text[256]; pt_logger logger; } pti_error;
+static void pti_fail(pti_error *e, pt_result code, const char *format, ...) {
+    char text[sizeof e->text];
+    va_list args;
+    va_start(args, format);
+    pti_vformat(text, sizeof text, format, args);
+    va_end(args);
+    if (e->code == PT_OK) { e->code = code; memcpy(e->text, text, sizeof text); }
+    if (e->logger.log) e->logger.log(e->logger.user, code, text);
+}
+
+PT_DEF const char *pt_result_string(pt_result r) {
+    switch (r) {
+    case PT_OK:         return "ok";
+    case PT_MORE:       return "more to do";
+    case PT_CANCELLED:  return "cancelled";
+    case PT_ERR_ARG:    return "bad argument";
+    case PT_ERR_STATE:  return "called at the wrong time";
+    case PT_ERR_MEMORY: return "out of memory";
+    case PT_ERR_IO:     return "input or output failed";
+    case PT_ERR_FORMAT: return "malformed file";
+    }
+    return "unknown result";
+}
+
+/* ---- >>math --------------------------------------------------------------------------------------------
+   Vectors, transforms, and elementary functions of our own: libm's differ from machine to machine in the last bit. Each is
+   a Taylor series in double after a range reduction, rounded to float once, so its error is hardly more than the half
+   ulp of that rounding. Largest errors, over all floats of the range (tests/test_math.c):
+       sin, cos   0.501 ulp  |x| <= 2^20        exp    0.501 ulp  all x        log    0.501 ulp  all x
+       pow        0.501 ulp  x >= 0             atan2  0.501 ulp  all x, y     acos   0.501 ulp  [-1, 1]  */
+
+#define PTI_PI 3.14159265358979f
+#define PTI_INF ((float)HUGE_VAL)
+
+static float pti_min(float a, float b) { return a < b ? a : b; }
+static float pti_max(float a, float b) { return a > b ? a : b; }
+static float pti_clamp(float x, float lo, float hi) { return x < lo ? lo : x > hi ? hi : x; }
+static int   pti_finite(float x) { return x - x == 0; }
+
+static pt_vec3 pti_add(pt_vec3 a, pt_vec3 b) { return pt_v3(a.x + b.x, a.y + b.y, a.z + b.z); }
+static pt_vec3 pti_sub(pt_vec3 a, pt_vec3 b) { return pt_v3(a.x - b.x, a.y - b.y, a.z - b.z); }
+static pt_vec3 pti_mul(pt_vec3 a, pt_vec3 b) { return pt_v3(a.x * b.x, a.y * b.y, a.z * b.z); }
+static pt_vec3 pti_scale(pt_vec3 a, float s) { return pt_v3(a.x * s, a.y * s, a.z * s); }
+static pt_vec3 pti_neg(pt_vec3 a)            { return pt_v3(-a.x, -a.y, -a.z); }
+static pt_vec3 pti_madd(pt_vec3 a, float s, pt_vec3 b) { return pti_add(pti_scale(a, s), b); }     /* a s + b */
+static pt_vec3 pti_min3(pt_vec3 a, pt_vec3 b) { return pt_v3(pti_min(a.x, b.x), pti_min(a.y, b.y), pti_min(a.z, b.z)); }
+static pt_vec3 pti_max3(pt_vec3 a, pt_vec3 b) { return pt_v3(pti_max(a.x, b.x), pti_max(a.y, b.y), pti_max(a.z, b.z)); }
+static float   pti_dot(pt_vec3 a, pt_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static pt_vec3 pti_cross(pt_vec3 a, pt_vec3 b) {
+    return pt_v3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+static float   pti_length(pt_vec3 a) { return sqrtf(pti_dot(a, a)); }
+static float   pti_largest(pt_vec3 a) { return pti_max(a.x, pti_max(a.y, a.z)); }
+static float   pti_largest_abs(pt_vec3 a) { return pti_max(fabsf(a.x), pti_max(fabsf(a.y), fabsf(a.z))); }
+static int     pti_finite3(pt_vec3 a) { return pti_finite(a.x) && pti_finite(a.y) && pti_finite(a.z); }
+static int     pti_is_zero3(pt_vec3 a) { return a.x == 0 && a.y == 0 && a.z == 0; }
+static float   pti_axis(pt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
+static float   pti_luminance(pt_vec3 c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+
+/* Unit length, for vectors of any length but zero: scaled first, lest the squares overflow or vanish. Zero stays zero. */
+static pt_vec3 pti_normalize(pt_vec3 a) {
+    float m = pti_largest_abs(a), l2 = pti_dot(a, a);
+    if (l2 < 1e-30f || l2 > 1e30f) {
+        if (!(m > 0)) return pt_v3(0, 0, 0);
+        a = pt_v3(a.x / m, a.y / m, a.z / m);
+        l2 = pti_dot(a, a);
+    }
+    return pti_scale(a, 1 / sqrtf(l2));
+}
+
+/* Two vectors that complete the unit vector n to a right-handed orthonormal basis (t, b, n). Duff et al. 2017. */
+static void pti_basis(pt_vec3 n, pt_vec3 *t, pt_vec3 *b) {
+    float s = n.z >= 0 ? 1.0f : -1.0f, a = -1 / (s + n.z), c = n.x * n.y * a;
+    *t = pt_v3(1 + s * n.x * n.x * a, s * c, -s * n.x);
+    *b = pt_v3(c, s + n.y * n.y * a, -n.y);
+}
+static pt_vec3 pti_to_world(pt_vec3 t, pt_vec3 b, pt_vec3 n, pt_vec3 v) {
+    return pti_madd(t, v.x, pti_madd(b, v.y, pti_scale(n, v.z)));
+}
+
+/* Affine transforms. */
+static pt_xform pti_xform_or_identity(const pt_xform *x) {
+    pt_xform id;
+    int i, zero = 1;
+    if (x) for (i = 0; i < 12; i++) zero = zero && x->m[i] == 0;
+    if (!zero) return *x;
+    for (i = 0; i < 12; i++) id.m[i] = i % 5 == 0 ? 1.0f : 0.0f;
+    return id;
+}
+static pt_vec3 pti_xform_vector(const pt_xform *x, pt_vec3 v) {
+    const float *m = x->m;
+    return pt_v3(m[0] * v.x + m[1] * v.y + m[2] * v.z, m[4] * v.x + m[5] * v.y + m[6] * v.z,
+                 m[8] * v.x + m[9] * v.y + m[10] * v.z);
+}
+static pt_vec3 pti_xform_point(const pt_xform *x, pt_vec3 p) {
+    return pti_add(pti_xform_vector(x, p), pt_v3(x->m[3], x->m[7], x->m[11]));
+}
+/* Normals go by the transposed inverse, so that they stay perpendicular to what they stood on. */
+static pt_vec3 pti_xform_normal(const pt_xform *inverse, pt_vec3 n) {
+    const float *m = inverse->m;
+    return pt_v3(m[0] * n.x + m[4] * n.y + m[8] * n.z, m[1] * n.x + m[5] * n.y + m[9] * n.z,
+                 m[2] * n.x + m[6] * n.y + m[10] * n.z);
+}
+/* Each row of |M|, times |p|, plus |translation|: the size of the terms whose rounding makes a transformed point wrong. */
+static float pti_xform_magnitude(const pt_xform *x, pt_vec3 p) {
+    float r = 0;
+    int i;
+    for (i = 0; i < 12; i += 4)
+        r = pti_max(r, fabsf(x->m[i] * p.x) + fabsf(x->m[i + 1] * p.y) + fabsf(x->m[i + 2] * p.z) + fabsf(x->m[i + 3]));
+    return r;
+}
+static double pti_xform_det(const pt_xform *x) {
+    double a[12];
+    int i;
+    for (i = 0; i < 12; i++) a[i] = (double)x->m[i];
+    return a[0] * (a[5] * a[10] - a[6] * a[9]) - a[1] * (a[4] * a[10] - a[6] * a[8]) + a[2] * (a[4] * a[9] - a[5] * a[8]);
+}
+static int pti_xform_invert(const pt_xform *x, pt_xform *out) {    /* Cramer, in double; 0 if there is no inverse */
+    double a[12], r[12], det = pti_xform_det(x);
+    int i;
+    for (i = 0; i < 12; i++) a[i] = (double)x->m[i];
+    if (!(det < 0 || det > 0)) return 0;
+    r[0] = (a[5] * a[10] - a[6] * a[9]) / det; r[1] = (a[2] * a[9] - a[1] * a[10]) / det; r[2] = (a[1] * a[6] - a[2] * a[5]) / det;
+    r[4] = (a[6] * a[8] - a[4] * a[10]) / det; r[5] = (a[0] * a[10] - a[2] * a[8]) / det; r[6] = (a[2] * a[4] - a[0] * a[6]) / det;
+    r[8] = (a[4] * a[9] - a[5] * a[8]) / det;  r[9] = (a[1] * a[8] - a[0] * a[9]) / det;  r[10] = (a[0] * a[5] - a[1] * a[4]) / det;
+    for (i = 0; i < 12; i += 4) r[i + 3] = -(r[i] * a[3] + r[i + 1] * a[7] + r[i + 2] * a[11]);
+    for (i = 0; i < 12; i++) {
+        if (!(r[i] > -1e30 && r[i] < 1e30)) return 0;
+        out->m[i] = (float)r[i];
+    }
+    return 1;
+}
+
+/* sin x and cos x, |x| <= 2^20. x = k pi/2 + r with |r| <= pi/4: k picks the quadrant, r goes into the series. pi/2 is
+   split in two (Cody and Waite), so that k times the first part is exact. */
+static void pti_sincos_double(double x, double *sine, double *cosine) {
+    double k = floor(x * 0.6366197723675814 + 0.5);
+    double r = (x - k * 1.5707963267341256) - k * 6.077100506506192e-11, z = r * r;
+    double s = r * (1 + z * (-1.0 / 6 + z * (1.0 / 120 + z * (-1.0 / 5040 + z * (1.0 / 362880 + z * (-1.0 / 39916800
+             + z * (1.0 / 6227020800.0)))))));
+    double c = 1 + z * (-1.0 / 2 + z * (1.0 / 24 + z * (-1.0 / 720 + z * (1.0 / 40320 + z * (-1.0 / 3628800
+             + z * (1.0 / 479001600 + z * (-1.0 / 87178291200.0)))))));
+    switch ((int)k & 3) {
+    case 0:  *sine = s;  *cosine = c;  break;
+    case 1:  *sine = c;  *cosine = -s; break;
+    case 2:  *sine = -s; *cosine = -c; break;
+    default: *sine = -c; *cosine = s;  break;
+    }
+}
+static void pti_sincos(float x, float *sine, float *cosine) {
+    double s, c;
+    pti_sincos_double((double)x, &s, &c);
+    *sine = (float)s;
+    *cosine = (float)c;
+}
+
+/* e^x = 2^k e^r with |r| <= ln 2 / 2. */
+static float pti_exp_double(double x) {
+    double k, r, p;
+    uint64_t bits;
+    if (!(x >= -104)) return x != x ? (float)x : 0.0f;
+    if (x > 88.7228391) return PTI_INF;                  /* ln of the largest float, and a half ulp */
+    k = floor(x * 1.4426950408889634 + 0.5);
+    r = x - k * 0.6931471805599453;
+    p = 1 + r * (1 + r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040
+      + r * (1.0 / 40320 + r * (1.0 / 362880 + r * (1.0 / 3628800))))))))));
+    bits = (uint64_t)(1023 + (int)k) << 52;              /* 2^k */
+    memcpy(&r, &bits, sizeof r);
+    return (float)(p * r);
+}
+static float pti_exp(float x) { return pti_exp_double((double)x); }
+
+/* ln x = k ln 2 + 2 atanh((m - 1) / (m + 1)) for x = 2^k m, m in [sqrt(1/2), sqrt(2)). */
+static double pti_log_double(float x) {
+    double m = (double)x, s, z;
+    uint64_t bits;
+    int k;
+    if (x < 0 || x != x) return (double)(PTI_INF - PTI_INF);
+    if (x == 0 || x == PTI_INF) return x == 0 ? -HUGE_VAL : HUGE_VAL;
+    memcpy(&bits, &m, sizeof bits);
+    k = (int)(bits >> 52) - 1023;
+    bits = (bits & 0xfffffffffffffu) | ((uint64_t)1023 << 52);
+    memcpy(&m, &bits, sizeof m);
+    if (m > 1.4142135623730951) { m *= 0.5; k++; }
+    s = (m - 1) / (m + 1);
+    z = s * s;
+    return (double)k * 0.6931471805599453 + 2 * s * (1 + z * (1.0 / 3 + z * (1.0 / 5 + z * (1.0 / 7 + z * (1.0 / 9
+         + z * (1.0 / 11 + z * (1.0 / 13 + z * (1.0 / 15 + z / 17))))))));
+}
+static float pti_log(float x) { return (float)pti_log_double(x); }
+
+/* x^y for x >= 0, and 0^0 = 1. */
+static float pti_pow(float x, float y) {
+    if (y == 0 || x == 1) return 1;
+    if (x == 0) return y > 0 ? 0.0f : PTI_INF;
+    return pti_exp_double((double)y * pti_log_double(x));
+}
+
+/* The angle of the point (x, y), in (-pi, pi]. The octant is folded away, then the nearest eighth c:
+   atan t = atan c + atan((t - c) / (1 + t c)). */
+static double pti_atan2_double(double y, double x) {
+    static const double eighth[9] = { 0, 0.12435499454676144, 0.24497866312686414, 0.35877067027057225, 0.4636476090008061,
+        0.5585993153435624, 0.6435011087932844, 0.7188299996216245, 0.7853981633974483 };
+    double ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, t, c, z, a;
+    if (!(ax > 0 || ay > 0)) { ax = 1; ay = 0; }         /* (0, 0) looks along +x */
+    t = ay < ax ? ay / ax : ax / ay;
+    if (t != t) t = 1;                                   /* both infinite */
+    c = floor(t * 8 + 0.5);
+    z = (t - c / 8) / (1 + t * (c / 8));
+    a = eighth[(int)c] + z * (1 - z * z * (1.0 / 3 - z * z * (1.0 / 5 - z * z * (1.0 / 7 - z * z * (1.0 / 9)))));
+    if (!(ay < ax)) a = 1.5707963267948966 - a;
+    if (x < 0) a = 3.141592653589793 - a;
+    return y < 0 ? -a : a;
+}
+static float pti_atan2(float y, float x) { return (float)pti_atan2_double((double)y, (double)x); }
+/* acos x = 2 atan(sqrt(1 - x) / sqrt(1 + x)): no cancellation anywhere. x outside [-1, 1] counts as the nearer end. */
+static double pti_acos_double(double x) {
+    x = x < -1 ? -1 : x > 1 ? 1 : x;
+    return 2 * pti_atan2_double(sqrt(1 - x), sqrt(1 + x));
+}
+static float pti_acos(float x) { return (float)pti_acos_double((double)x); }
+static float pti_safe_sqrt(float x) { return x > 0 ? sqrtf(x) : 0.0f; }
+
+/* ---- >>random ------------------------------------------------------------------------------------------
+   Numbers that are a function of (seed, pixel, sample, dimension) and of nothing else. They live as 32-bit fractions
+   (u32 / 2^32) until the last moment, so that one number can make several choices without running out of bits.
+
+   Dimensions come in groups of four: one group for the pixel and the lens, one for each vertex of a path. Within a
+   group the four are Sobol's first four, stratified together; between groups the order of the samples is shuffled, so
+   that they are independent (padding). Every prefix of 2^k samples is stratified: progressive rendering needs no
+   total. Sobol 1967; Owen 1995; hashed scrambling: Laine and Karras 2011; all of it together: Burley 2020. */
+
+/* PCG32, O'Neill 2014: an LCG whose output is permuted by a rotation that the state's own top bits choose. */
+PT_DEF uint32_t pt_rng_u32(pt_rng *r) {
+    uint64_t old = r->state;
+    uint32_t x = (uint32_t)(((old >> 18) ^ old) >> 27), rot = (uint32_t)(old >> 59);
+    r->state = old * 6364136223846793005u + r->inc;
+    return (x >> rot) | (x << ((32 - rot) & 31));
+}
+PT_DEF void pt_rng_seed(pt_rng *r, uint64_t seed, uint64_t stream) {
+    r->state = 0;
+    r->inc = stream << 1 | 1;
+    pt_rng_u32(r);
+    r->state += seed;
+    pt_rng_u32(r);
+}
+static float pti_u01(uint32_t u) { return (float)(u >> 8) * (1.0f / 16777216); }     /* [0,1), exact */
+PT_DEF float pt_rng_float(pt_rng *r) { return pti_u01(pt_rng_u32(r)); }
+
+/* A bijective mixer of 32 bits (Wellons 2018, "lowbias32"), and a hash of two numbers by it. */
+static uint32_t pti_hash(uint32_t x) {
+    x = (x ^ x >> 16) * 0x7feb352du;
+    x = (x ^ x >> 15) * 0x846ca68bu;
+    return x ^ x >> 16;
+}
+static uint32_t pti_hash2(uint32_t a, uint32_t b) { return pti_hash(a ^ (pti_hash(b) + 0x9e3779b9u)); }
+
+static uint32_t pti_reverse_bits(uint32_t x) {
+    x = x >> 16 | x << 16;
+    x = (x & 0x00ff00ffu) << 8 | (x & 0xff00ff00u) >> 8;
+    x = (x & 0x0f0f0f0fu) << 4 | (x & 0xf0f0f0f0u) >> 4;
+    x = (x & 0x33333333u) << 2 | (x & 0xccccccccu) >> 2;
+    return (x & 0x55555555u) << 1 | (x & 0xaaaaaaaau) >> 1;
+}
+/* Owen's scramble flips every bit of a fraction at random, by a coin that depends on all the bits above it. With the bits
+   reversed, "above" becomes "below", and that is how carries run in additions and multiplications: these five steps
+   (Laine and Karras's idea, Vegdahl's 2021 constants) are such a scramble. */
+static uint32_t pti_scramble_reversed(uint32_t x, uint32_t seed) {
+    x ^= x * 0x3d20adeau;
+    x += seed;
+    x *= seed >> 16 | 1;
+    x ^= x * 0x05526c56u;
+    x ^= x * 0x53a22864u;
+    return x;
+}
+
+/* Sobol's first four dimensions of the index, bits reversed (bit 0 is the half, bit 1 the quarter ...). The generator
+   matrix of dimension 0 is the identity; that of 1 is Pascal's triangle mod 2, which is the substitution of x + 1 for x
+   in a polynomial over GF(2), done by halves; 2 and 3 are tables (primitive polynomials x^2+x+1 and x^3+x+1, Joe and
+   Kuo 2008). */
+static uint32_t pti_sobol_reversed(uint32_t i, int dimension) {
+    static const uint32_t matrix[2][32] = {
+        { 0x00000001u, 0x00000003u, 0x00000006u, 0x00000009u, 0x00000017u, 0x0000003au, 0x00000071u, 0x000000a3u,
+          0x00000116u, 0x00000339u, 0x00000677u, 0x000009aau, 0x00001601u, 0x00003903u, 0x00007706u, 0x0000aa09u,
+          0x00010117u, 0x0003033au, 0x00060671u, 0x000909a3u, 0x00171616u, 0x003a3939u, 0x00717777u, 0x00a3aaaau,
+          0x01170001u, 0x033a0003u, 0x06710006u, 0x09a30009u, 0x16160017u, 0x3939003au, 0x77770071u, 0xaaaa00a3u },
+        { 0x00000001u, 0x00000003u, 0x00000004u, 0x0000000au, 0x0000001fu, 0x0000002eu, 0x00000045u, 0x000000c9u,
+          0x0000011bu, 0x000002a4u, 0x0000079au, 0x00000b67u, 0x0000101eu, 0x0000302du, 0x00004041u, 0x0000a0c3u,
+          0x0001f104u, 0x0002e28au, 0x000457dfu, 0x000c9baeu, 0x0011a105u, 0x002a7289u, 0x0079e7dbu, 0x00b6dba4u,
+          0x0100011au, 0x030002a7u, 0x0400079eu, 0x0a000b6du, 0x1f001001u, 0x2e003003u, 0x45004004u, 0xc900a00au } };
+    uint32_t r = 0;
+    int k;
+    if (dimension == 0) return i;
+    if (dimension == 1) {
+        i ^= i >> 16;
+        i ^= i >> 8 & 0x00ff00ffu;
+        i ^= i >> 4 & 0x0f0f0f0fu;
+        i ^= i >> 2 & 0x33333333u;
+        return i ^ (i >> 1 & 0x55555555u);
+    }
+    for (k = 0; k < 32; k++) r ^= matrix[dimension - 2][k] & (0u - (i >> k & 1));
+    return r;
+}
+
+/* A permutation of 0 .. n-1, chosen by seed: mix reversibly within the next power of two, again until the result is below
+   n (cycle walking, Black and Rogaway 2002; for sampling: Kensler 2013). */
+static uint32_t pti_permute(uint32_t i, uint32_t n, uint32_t seed) {
+    uint32_t mask = n - 1, half;
+    int k, bits = 0;
+    for (k = 16; k > 0; k >>= 1) if (mask >> bits >> k) bits += k;
+    bits++;                                              /* 1 + log2 of n - 1 */
+    mask = bits == 32 ? 0xffffffffu : (1u << bits) - 1;
+    half = (uint32_t)(bits + 1) / 2;
+    do {
+        for (k = 0; k < 4; k++) {
+            i = (i + pti_hash2(seed, (uint32_t)k)) & mask;
+            i = (i * 0x2c1b3c6du) & mask;
+            i ^= i >> half;
+        }
+    } while (i >= n);
+    return i;
+}
+
+/* One sample of one pixel. */
+typedef struct pti_sampler {
+    pt_sampler kind;
+    uint32_t pixel_seed, index;
+    uint32_t strata_x, strata_y;                         /* PT_SAMPLER_STRATIFIED: cells of one pass */
+} pti_sampler;
+
+/* Two numbers of a group of four: pair 0 or pair 1. */
+static void pti_draw2(const pti_sampler *s, uint32_t group, int pair, uint32_t u[2]) {
+    uint32_t seed = pti_hash2(s->pixel_seed, group), index, cells;
+    pt_rng rng;
+    int k;
+    switch (s->kind) {
+    case PT_SAMPLER_SOBOL:
+        index = pti_reverse_bits(pti_scramble_reversed(pti_reverse_bits(s->index), seed));      /* shuffled */
+        for (k = 0; k < 2; k++) {
+            uint32_t x = pti_sobol_reversed(index, 2 * pair + k);
+            u[k] = pti_reverse_bits(pti_scramble_reversed(x, pti_hash2(seed, (uint32_t)(2 * pair + k))));
+        }
+        break;
+    case PT_SAMPLER_STRATIFIED:
+        cells = s->strata_x * s->strata_y;
+        seed = pti_hash2(pti_hash2(seed, (uint32_t)pair), s->index / cells);                   /* a pass has its own */
+        index = pti_permute(s->index % cells, cells, seed);
+        pt_rng_seed(&rng, seed, s->index);
+        u[0] = (uint32_t)(((uint64_t)(index % s->strata_x) << 32 | pt_rng_u32(&rng)) / s->strata_x);
+        u[1] = (uint32_t)(((uint64_t)(index / s->strata_x) << 32 | pt_rng_u32(&rng)) / s->strata_y);
+        break;
+    default:
+        pt_rng_seed(&rng, (uint64_t)seed << 32 | s->index, (uint64_t)pair);
+        u[0] = pt_rng_u32(&rng);
+        u[1] = pt_rng_u32(&rng);
+    }
+}
+
+/* A coin with P(1) = w that leaves *u uniform again, for the next choice: R < w ? R / w : (R - w) / (1 - w), in integers.
+   The bits that the division would leave empty are filled with fresh ones. */
+static int pti_split(uint32_t *u, float w) {
+    uint64_t cut = w >= 1 ? (uint64_t)1 << 32 : w > 0 ? (uint64_t)((double)w * 4294967296.0) : 0;
+    uint64_t low = pti_hash(*u ^ 0x5bd1e995u);
+    if (*u < cut) {
+        if (cut >> 32 == 0) *u = (uint32_t)(((uint64_t)*u << 32 | low) / cut);
+        return 1;
+    }
+    if (cut) *u = (uint32_t)(((uint64_t)(*u - (uint32_t)cut) << 32 | low) / (((uint64_t)1 << 32) - cut));
+    return 0;
+}
+
+/* ---- >>warp --------------------------------------------------------------------------------------------
+   Maps from the unit square to the places a path may go, each with the density of where it lands beside it. Directions
+   are about +z unless a normal is given; densities are per steradian (per unit area for the disk). */
+
+/* Unit disk, concentric (Shirley and Chiu 1997): squares about the middle become circles, so strata keep their shape. */
+static void pti_sample_disk(float u, float v, float *x, float *y) {
+    float a = 2 * u - 1, b = 2 * v - 1, r, phi, s, c;
+    if (a == 0 && b == 0) { *x = *y = 0; return; }
+    if (a * a > b * b) { r = a; phi = (PTI_PI / 4) * (b / a); }
+    else               { r = b; phi = (PTI_PI / 2) - (PTI_PI / 4) * (a / b); }
+    pti_sincos(phi, &s, &c);
+    *x = r * c;
+    *y = r * s;
+}
+static float pti_pdf_disk(void) { return 1 / PTI_PI; }
+
+/* Hemisphere, p = cos / pi: a disk lifted up (Malley). */
+static pt_vec3 pti_sample_cosine(float u, float v) {
+    float x, y;
+    pti_sample_disk(u, v, &x, &y);
+    return pt_v3(x, y, pti_safe_sqrt(1 - x * x - y * y));
+}
+static float pti_pdf_cosine(float cosine) { return cosine > 0 ? cosine * (1 / PTI_PI) : 0.0f; }
+
+/* Cone about +z with 1 - cos of its half angle given (as such, since for narrow cones the cosine is all rounding); the
+   whole sphere is 2, the hemisphere 1. The cap's height is uniform in area (Archimedes). */
+static pt_vec3 pti_sample_cone(float one_minus_cos, float u, float v) {
+    float h = u * one_minus_cos, r = pti_safe_sqrt(h * (2 - h)), s, c;    /* h = 1 - cos, r = sin */
+    pti_sincos(2 * PTI_PI * v, &s, &c);
+    return pt_v3(r * c, r * s, 1 - h);
+}
+static float pti_pdf_cone(float one_minus_cos) { return 1 / (2 * PTI_PI * one_minus_cos); }
+
+static pt_vec3 pti_sample_hemisphere(float u, float v) { return pti_sample_cone(1, u, v); }
+static float   pti_pdf_hemisphere(float cosine) { return cosine > 0 ? 1 / (2 * PTI_PI) : 0.0f; }
+static pt_vec3 pti_sample_sphere(float u, float v) { return pti_sample_cone(2, u, v); }
+static float   pti_pdf_sphere(void) { return 1 / (4 * PTI_PI); }
+
+/* A spherical triangle: a, b, c are unit directions to its corners. Its solid angle (Van Oosterom and Strackee 1983):
+   tan(S/2) = |a . b x c| / (1 + a.b + b.c + c.a). The determinant is taken from edges, which keeps small ones exact. */
+static float pti_triangle_solid_angle(pt_vec3 a, pt_vec3 b, pt_vec3 c) {
+    float det = fabsf(pti_dot(a, pti_cross(pti_sub(b, a), pti_sub(c, a))));
+    return 2 * pti_atan2(det, 1 + pti_dot(a, b) + pti_dot(b, c) + pti_dot(c, a));
+}
+/* Uniform over it, S its solid angle (Arvo 1995): u cuts off a sub-triangle of area A = u S by an arc from b, v goes along
+   that arc. The arc meets the side a c where, alpha being the angle at a,
+       tan(A/2) = t t' sin alpha / (1 + t t' cos alpha)  for the tangents t, t' of the half sides:
+       t' = sin(A/2) / (t sin(alpha - A/2)).
+   In half angles and from edges (b - a is exact when they are close), nothing cancels in small triangles. */
+static pt_vec3 pti_perpendicular(pt_vec3 n, pt_vec3 d) {           /* of the unit vector n + d, what is perpendicular to n */
+    return pti_madd(n, 0.5f * pti_dot(d, d), d);
+}
+static pt_vec3 pti_sample_triangle(pt_vec3 a, pt_vec3 b, pt_vec3 c, float S, float u, float v) {
+    pt_vec3 ab = pti_sub(b, a), ac = pti_sub(c, a), side_b = pti_perpendicular(a, ab), side_c = pti_perpendicular(a, ac), d;
+    float y = fabsf(pti_dot(a, pti_cross(ab, ac))), x = pti_dot(side_b, side_c), r = sqrtf(x * x + y * y), s, t, h, sine, cosine;
+    pti_sincos(0.5f * u * S, &sine, &cosine);
+    s = sine * r * pti_length(pti_add(a, b));            /* t' = s / t; both times r, and t = |b - a| / |a + b| */
+    t = pti_max(y * cosine - x * sine, 0) * pti_length(ab);
+    h = s * s + t * t;
+    d = pti_sub(pti_scale(pti_normalize(side_c), t), pti_scale(a, s));
+    d = pti_sub(pti_scale(d, h > 0 ? 2 * s / h : 0.0f), ab);       /* from b to the end of the arc */
+    h = 0.5f * v * pti_dot(d, d);                        /* 1 - cos of the angle from b */
+    d = pti_scale(pti_normalize(pti_perpendicular(b, d)), pti_safe_sqrt(h * (2 - h)));
+    return pti_madd(b, 1 - h, d);
+}
+static float pti_pdf_triangle(float S) { return 1 / S; }
+
+/* A rectangle as seen from the origin of a frame whose x and y run along its edges: it spans [x0, x1] x [y0, y1] in the
+   plane z = z0 < 0. In double: the solid angle of a small one is a difference of large angles. */
+typedef struct pti_rect { double x0, x1, y0, y1, z0; pt_vec3 x, y, z; } pti_rect;
+static pti_rect pti_rect_seen_from(pt_vec3 o, pt_vec3 corner, pt_vec3 edge_x, pt_vec3 edge_y) {
+    pti_rect r;
+    pt_vec3 d = pti_sub(corner, o);
+    float lx = pti_length(edge_x), ly = pti_length(edge_y);
+    r.x = pti_scale(edge_x, 1 / lx);
+    r.y = pti_scale(edge_y, 1 / ly);
+    r.z = pti_cross(r.x, r.y);
+    if (pti_dot(d, r.z) > 0) r.z = pti_neg(r.z);
+    r.x0 = (double)pti_dot(d, r.x); r.x1 = r.x0 + (double)lx;
+    r.y0 = (double)pti_dot(d, r.y); r.y1 = r.y0 + (double)ly;
+    r.z0 = (double)pti_dot(d, r.z);
+    return r;
+}
+/* Of the quarter plane's corner (x, y): its share of the solid angle. */
+static double pti_rect_corner(double x, double y, double z) {
+    return pti_atan2_double(x * y, -z * sqrt(x * x + y * y + z * z));
+}
+static float pti_rect_solid_angle(const pti_rect *r) {
+    double S = pti_rect_corner(r->x1, r->y1, r->z0) - pti_rect_corner(r->x0, r->y1, r->z0)
+             - pti_rect_corner(r->x1, r->y0, r->z0) + pti_rect_corner(r->x0, r->y0, r->z0);
+    return S > 0 ? (float)S : 0.0f;
+}
+/* Uniform over it, S its solid angle (Urena, Fajardo and King 2013): u fixes x, so that the strip from x0 to it has area
+   u S; v goes along y. b0 and b1 are the z of the normals of the planes through the eye and the edges y0 and y1; the
+   angles g between those planes sum up to the area, as for every spherical polygon. The direction is not normalised. */
+static pt_vec3 pti_sample_rect(const pti_rect *r, float S, float u, float v) {
+    double z2 = r->z0 * r->z0, b0 = -r->y0 / sqrt(r->y0 * r->y0 + z2), b1 = r->y1 / sqrt(r->y1 * r->y1 + z2);
+    double bx = -r->x0 / sqrt(r->x0 * r->x0 + z2);
+    double g2 = pti_acos_double(-b1 * bx), g3 = pti_acos_double(-bx * b0);
+    double phi = (double)u * (double)S - g2 - g3 + 6.283185307179586, s, c, f, cu, x, d, h0, h1, h, y;
+    pti_sincos_double(phi, &s, &c);
+    f = s != 0 ? (c * b0 - b1) / s : 0.0;
+    cu = 1 / sqrt(f * f + b0 * b0);
+    if (f < 0) cu = -cu;
+    cu = cu > 1 ? 1 : cu < -1 ? -1 : cu;
+    x = -(cu * r->z0) / sqrt(1 - cu * cu > 1e-15 ? 1 - cu * cu : 1e-15);
+    x = x < r->x0 ? r->x0 : x > r->x1 ? r->x1 : x;
+    d = sqrt(x * x + z2);
+    h0 = r->y0 / sqrt(d * d + r->y0 * r->y0);
+    h1 = r->y1 / sqrt(d * d + r->y1 * r->y1);
+    h = h0 + (double)v * (h1 - h0);
+    y = h * h < 1 - 1e-12 ? h * d / sqrt(1 - h * h) : r->y1;
+    return pti_to_world(r->x, r->y, r->z, pt_v3((float)x, (float)y, (float)r->z0));
+}
+static float pti_pdf_rect(float S) { return 1 / S; }
+
+/* Piecewise-constant densities on [0,1] and [0,1]^2, by inversion of the running sum (never alias tables, which would tear
+   the strata apart). A table of n cells has n + 1 entries from 0 to 1. A density is read off the same table that draws,
+   so the two agree to the bit. */
+static void pti_table_build(float *table, const float *value, int n) {
+    double sum = 0, run = 0;
+    int i;
+    for (i = 0; i < n; i++) sum += (double)value[i];
+    for (i = 0; i < n; i++) {
+        table[i] = (float)(sum > 0 ? run / sum : (double)i / n);
+        run += (double)value[i];
+    }
+    table[n] = 1;
+}
+static int pti_table_find(const float *table, int n, float u) {      /* the cell with table[i] <= u < table[i + 1] */
+    int lo = 0, hi = n;
+    while (hi - lo > 1) {
+        int mid = (lo + hi) / 2;
+        if (table[mid] <= u) lo = mid; else hi = mid;
+    }
+    return lo;
+}
+static float pti_sample_table(const float *table, int n, float u, int *cell) {         /* in [0,1) */
+    int i = pti_table_find(table, n, u);
+    float x = ((float)i + (u - table[i]) / (table[i + 1] - table[i])) / (float)n;
+    *cell = i;
+    if (!(x < 1) || (int)(x * (float)n) != i) x = ((float)i + 0.5f) / (float)n;    /* rounded into a neighbour: the middle */
+    return x;
+}
+static float pti_pdf_table(const float *table, int n, int cell) { return (table[cell + 1] - table[cell]) * (float)n; }
+
+/* In two dimensions: a table of rows, and one of cells for each row. */
+typedef struct pti_table2 { float *rows, *cells; int width, height; } pti_table2;
+static const float *pti_table2_row(const pti_table2 *t, int y) {
+    return t->cells + (size_t)y * ((size_t)t->width + 1);
+}
+static void pti_sample_table2(const pti_table2 *t, float u, float v, float *x, float *y) {
+    int cell, row;
+    *y = pti_sample_table(t->rows, t->height, v, &row);
+    *x = pti_sample_table(pti_table2_row(t, row), t->width, u, &cell);
+}
+static float pti_pdf_table2(const pti_table2 *t, float x, float y) {
+    int cell = (int)(x * (float)t->width), row = (int)(y * (float)t->height);
+    cell = cell < 0 ? 0 : cell >= t->width ? t->width - 1 : cell;
+    row = row < 0 ? 0 : row >= t->height ? t->height - 1 : row;
+    return pti_pdf_table(t->rows, t->height, row) * pti_pdf_table(pti_table2_row(t, row), t->width, cell);
+}
+
+/* ---- >>shape -------------------------------------------------------------------------------------------
+   What a ray can hit. Meshes are rows of triangles (quads and boxes are small meshes); spheres, instances and users'
+   shapes are single objects. Each primitive has an id: the shapes number theirs one after the other, and where two hits
+   have the same t, the lower id wins, so that the order of visits never shows. */
+
+typedef enum pti_shape_kind { PTI_MESH, PTI_SPHERE, PTI_INSTANCE, PTI_USER } pti_shape_kind;
+
+typedef struct pti_mesh {
+    const float *positions, *normals, *uvs;
+    const uint32_t *indices;                             /* or NULL */
+    size_t stride, vertex_count;
+    int owned, quads;                                    /* quads: triangles 2k and 2k + 1 are a parallelogram */
+} pti_mesh;
+typedef struct pti_sphere { pt_vec3 center; float radius; } pti_sphere;
+typedef struct pti_instance {
+    const struct pti_geometry *of;
+    const pt_scene *scene;
+    pt_xform to_world, to_local;
+} pti_instance;
+typedef struct pti_user { pt_shape_vtable vtable; void *user; } pti_user;
+
+typedef struct pti_shape {
+    pti_shape_kind kind;
+    uint32_t first, count;                               /* ids of its primitives: first ... first + count - 1 */
+    uint32_t material;
+    union { pti_mesh mesh; pti_sphere sphere; pti_instance instance; pti_user user; } as;
+} pti_shape;
+
+/* All floats that a hit's position is made of carry relative errors of 2^-24 each. Eight of them, a bound that
+   tests/test_shape.c holds, tell how far a hit may lie from its surface, and how far above it the next ray starts: the
+   idea of Waechter and Binder 2019, with the ulps taken at the largest number that went into the hit, since 256 ulps of
+   the position itself are too few near the origin of a large triangle and too many elsewhere. */
+#define PTI_ULPS_8 (8.0f / 16777216)
+
+typedef struct pti_bounds { pt_vec3 lo, hi; } pti_bounds;
+static pti_bounds pti_bounds_empty(void) {
+    pti_bounds b;
+    b.lo = pt_v3(FLT_MAX, FLT_MAX, FLT_MAX);
+    b.hi = pti_neg(b.lo);
+    return b;
+}
+static void pti_bounds_point(pti_bounds *b, pt_vec3 p) { b->lo = pti_min3(b->lo, p); b->hi = pti_max3(b->hi, p); }
+static void pti_bounds_merge(pti_bounds *b, const pti_bounds *c) {
+    b->lo = pti_min3(b->lo, c->lo);
+    b->hi = pti_max3(b->hi, c->hi);
+}
+static void pti_bounds_pad(pti_bounds *b, float d) {
+    b->lo = pti_sub(b->lo, pt_v3(d, d, d));
+    b->hi = pti_add(b->hi, pt_v3(d, d, d));
+}
+static float pti_bounds_area(const pti_bounds *b) {      /* half of it: all that the surface area heuristic needs */
+    pt_vec3 d = pti_sub(b->hi, b->lo);
+    return d.x >= 0 ? d.x * d.y + d.y * d.z + d.z * d.x : 0.0f;
+}
+
+/* A ray, prepared once for all its tests. */
+typedef struct pti_ray {
+    float org[3], dir[3], tmin, time;
+    int kx, ky, kz;                                      /* triangles: axes such that |dir[kz]| is largest */
+    float sx, sy, sz;                                    /* and the shear that makes the ray +z */
+    int near_row[3];                                     /* boxes: rows of a node with the nearer planes */
+    float inverse[3], near_add[3], far_add[3];           /* t = plane * inverse + add */
+} pti_ray;
+
+/* Boxes: (plane - org) / dir, turned into one multiply-add. Every rounding on the way is at most a few 2^-24 of |t| or of
+   |org / dir|; adding eight of the latter here, and widening t in the kernels, makes the test conservative (Ize 2013):
+   it never misses a box that the triangle test below would find a hit in. A direction of zero becomes a tiny one. */
+static void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
+    float largest = pti_largest_abs(dir);
+    int k;
+    r->org[0] = org.x; r->org[1] = org.y; r->org[2] = org.z;
+    r->dir[0] = dir.x; r->dir[1] = dir.y; r->dir[2] = dir.z;
+    r->tmin = pti_max(tmin, 0);
+    r->time = time;
+    r->kz = fabsf(dir.x) == largest ? 0 : fabsf(dir.y) == largest ? 1 : 2;
+    r->kx = (r->kz + 1) % 3;
+    r->ky = (r->kx + 1) % 3;
+    r->sz = 1 / r->dir[r->kz];
+    r->sx = r->dir[r->kx] * r->sz;
+    r->sy = r->dir[r->ky] * r->sz;
+    for (k = 0; k < 3; k++) {
+        float d = r->dir[k], tiny = largest * 1e-16f, offset;
+        if (fabsf(d) < tiny) d = d < 0 ? -tiny : tiny;
+        r->inverse[k] = 1 / d;
+        offset = r->org[k] * r->inverse[k];
+        r->near_add[k] = -offset - PTI_ULPS_8 * fabsf(offset);
+        r->far_add[k] = -offset + PTI_ULPS_8 * fabsf(offset);
+        r->near_row[k] = 2 * k + (d < 0);
+    }
+}
+
+/* A hit on its way to becoming a pt_vertex. Ties in t are decided by the ids in the outer, then in the inner scene. */
+typedef struct pti_hit {
+    float t, u, v;                                       /* u, v: barycentric on a triangle, the user's own on his shapes */
+    int found;
+    uint32_t outer, prim;                                /* ids; outer = prim outside instances */
+    uint32_t shape, instance;                            /* 1 + index. shape is 0 on triangles until it is looked up */
+    pt_vec3 ng;                                          /* user shapes only */
+} pti_hit;
+static int pti_closer(const pti_hit *h, float t, uint32_t outer, uint32_t prim) {
+    if (t != h->t) return t < h->t;
+    return h->found && (outer < h->outer || (outer == h->outer && prim < h->prim));
+}
+
+/* Four triangles side by side: v[corner][axis][lane]. Unused lanes are points at the origin, which nothing hits. */
+#define PTI_LANES 4
+typedef struct pti_packet { float v[3][3][PTI_LANES]; uint32_t prim[PTI_LANES]; } pti_packet;
+
+/* Watertight ray-triangle test (Woop, Benthin and Wald 2013). The corners are moved and sheared so that the ray becomes
+   the z axis; then the signs of
+       U = cx by - cy bx,   V = ax cy - ay cx,   W = bx ay - by ax
+   tell on which side of each edge it passes. Two triangles that share an edge compute the same number for it but for the
+   sign, since each product is rounded alone: no ray falls between them. A zero counts for both. */
+static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, float *t, float *u, float *v) {
+    float az = p->v[0][r->kz][lane] - r->org[r->kz], ax = (p->v[0][r->kx][lane] - r->org[r->kx]) - r->sx * az;
+    float bz = p->v[1][r->kz][lane] - r->org[r->kz], bx = (p->v[1][r->kx][lane] - r->org[r->kx]) - r->sx * bz;
+    float cz = p->v[2][r->kz][lane] - r->org[r->kz], cx = (p->v[2][r->kx][lane] - r->org[r->kx]) - r->sx * cz;
+    float ay = (p->v[0][r->ky][lane] - r->org[r->ky]) - r->sy * az;
+    float by = (p->v[1][r->ky][lane] - r->org[r->ky]) - r->sy * bz;
+    float cy = (p->v[2][r->ky][lane] - r->org[r->ky]) - r->sy * cz;
+    float U = cx * by - cy * bx, V = ax * cy - ay * cx, W = bx * ay - by * ax, det = U + V + W;
+    if ((U < 0 || V < 0 || W < 0) && (U > 0 || V > 0 || W > 0)) return 0;
+    if (det == 0) return 0;
+    *t = r->sz * (U * az + V * bz + W * cz) / det;
+    *u = V / det;
+    *v = W / det;
+    return *t > r->tmin;
+}
+
+/* |o + t d|^2 = r^2. The discriminant is taken from the point nearest to the centre, which does not cancel for small or
+   distant spheres (Haines et al. 2019), and in double, so that only the last rounding shows. */
+static int pti_sphere_hit(const pti_sphere *s, const pti_ray *r, float tmax, float *t) {
+    double o[3], d[3], a, b, c, q, disc, n[3], near_t, far_t;
+    o[0] = (double)r->org[0] - (double)s->center.x; d[0] = (double)r->dir[0];
+    o[1] = (double)r->org[1] - (double)s->center.y; d[1] = (double)r->dir[1];
+    o[2] = (double)r->org[2] - (double)s->center.z; d[2] = (double)r->dir[2];
+    a = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    b = -(o[0] * d[0] + o[1] * d[1] + o[2] * d[2]);
+    n[0] = o[0] + b / a * d[0]; n[1] = o[1] + b / a * d[1]; n[2] = o[2] + b / a * d[2];
+    disc = (double)s->radius * (double)s->radius - (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    if (!(disc >= 0)) return 0;
+    c = o[0] * o[0] + o[1] * o[1] + o[2] * o[2] - (double)s->radius * (double)s->radius;
+    q = b + (b < 0 ? -sqrt(a * disc) : sqrt(a * disc));
+    near_t = q != 0 ? c / q : 0.0;
+    far_t = q / a;
+    if (near_t > far_t) { q = near_t; near_t = far_t; far_t = q; }
+    *t = (float)(near_t > (double)r->tmin ? near_t : far_t);
+    return *t > r->tmin && *t <= tmax;
+}
+
+static pt_vec3 pti_mesh_position(const pti_mesh *m, uint32_t vertex) {
+    const float *p = (const float *)(const void *)((const char *)m->positions + (size_t)vertex * m->stride);
+    return pt_v3(p[0], p[1], p[2]);
+}
+static uint32_t pti_mesh_index(const pti_mesh *m, uint32_t triangle, int corner) {
+    size_t i = (size_t)triangle * 3 + (size_t)corner;
+    return m->indices ? m->indices[i] : (uint32_t)i;
+}
+static void pti_mesh_triangle(const pti_mesh *m, uint32_t triangle, pt_vec3 v[3]) {
+    int k;
+    for (k = 0; k < 3; k++) v[k] = pti_mesh_position(m, pti_mesh_index(m, triangle, k));
+}
+/* Bounds of primitive i of a shape, wide enough for the rounding of whatever tests it. inner: of an instance's scene. */
+static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bounds *inner) {
+    pti_bounds b = pti_bounds_empty();
+    pt_vec3 v[3];
+    int k;
+    switch (s->kind) {
+    case PTI_MESH:
+        pti_mesh_triangle(&s->as.mesh, i, v);
+        for (k = 0; k < 3; k++) pti_bounds_point(&b, v[k]);
+        return b;
+    case PTI_SPHERE:
+        b.lo = b.hi = s->as.sphere.center;
+        pti_bounds_pad(&b, s->as.sphere.radius);
+        break;
+    case PTI_INSTANCE:
+        if (inner->lo.x > inner->hi.x) return b;         /* an empty scene */
+        for (k = 0; k < 8; k++)
+            pti_bounds_point(&b, pti_xform_point(&s->as.instance.to_world, pt_v3(k & 1 ? inner->hi.x : inner->lo.x,
+                             k & 2 ? inner->hi.y : inner->lo.y, k & 4 ? inner->hi.z : inner->lo.z)));
+        break;
+    case PTI_USER:
+        s->as.user.vtable.bounds(s->as.user.user, &b.lo, &b.hi);
+        break;
+    }
+    pti_bounds_pad(&b, PTI_ULPS_8 * pti_max(pti_largest_abs(b.lo), pti_largest_abs(b.hi)));
+    return b;
+}
+
+/* ---- >>bvh ---------------------------------------------------------------------------------------------
+   A tree of boxes with up to eight children a node, built from the top. A node starts as one range of primitives; the
+   child with the largest surface is split in two, again and again, until there are eight (Wald, Benthin and Boulos 2008).
+   A split goes where the surface area heuristic says that random rays will meet least:
+       cost = area(left) packets(left) + area(right) packets(right)
+   over 16 bins along each axis (Wald 2007). Leaves hold one packet of triangles, or one other object. */
+
+#define PTI_WIDTH 8
+#define PTI_BINS 16
+#define PTI_MAX_DEPTH 62                                 /* of splits, hence also of nodes */
+#define PTI_STACK (PTI_MAX_DEPTH * (PTI_WIDTH - 1) + 2)  /* all that one descent can leave to be visited */
+
+/* What a child is, in the top two bits, and its index below. */
+#define PTI_INNER  0x00000000u
+#define PTI_LEAF   0x40000000u                           /* a packet */
+#define PTI_OBJECT 0x80000000u                           /* a shape that is not a mesh */
+#define PTI_NONE   0xffffffffu
+#define PTI_KIND(child)  ((child) & 0xc0000000u)
+#define PTI_INDEX(child) ((child) & 0x3fffffffu)
+
+typedef struct pti_node {
+    float plane[6][PTI_WIDTH];                           /* x low, x high, y low, y high, z low, z high, of each child */
+    uint32_t child[PTI_WIDTH];                           /* unused ones: PTI_NONE, with an inside-out box */
+} pti_node;
+typedef struct pti_bvh {
+    pti_node *nodes;     size_t node_count, node_capacity;
+    pti_packet *packets; size_t packet_count, packet_capacity;
+    uint32_t root;
+    pti_bounds bounds;
+} pti_bvh;
+
+typedef struct pti_geometry {
+    pti_shape *shapes;   size_t shape_count, shape_capacity;
+    uint32_t prim_count;
+    pti_bvh bvh;
+} pti_geometry;
+
+/* While it is built: a primitive, a range of them, the builder. */
+typedef struct pti_ref { pti_bounds box; uint32_t shape, prim; } pti_ref;              /* prim within its shape */
+typedef struct pti_range { size_t begin, end; pti_bounds box, centers; int depth; } pti_range;
+typedef struct pti_builder { pti_geometry *g; const pt_allocator *allocator; pti_ref *refs; int failed; } pti_builder;
+
+static pt_vec3 pti_ref_center(const pti_ref *r) { return pti_add(r->box.lo, r->box.hi); }        /* twice the centre */
+
+static pti_range pti_range_make(const pti_builder *b, size_t begin, size_t end, int depth) {
+    pti_range r;
+    size_t i;
+    r.begin = begin; r.end = end; r.depth = depth;
+    r.box = pti_bounds_empty();
+    r.centers = pti_bounds_empty();
+    for (i = begin; i < end; i++) {
+        pti_bounds_merge(&r.box, &b->refs[i].box);
+        pti_bounds_point(&r.centers, pti_ref_center(&b->refs[i]));
+    }
+    return r;
+}
+static int pti_range_is_leaf(const pti_builder *b, const pti_range *r) {
+    size_t i;
+    if (r->end - r->begin == 1) return 1;
+    if (r->end - r->begin > PTI_LANES) return 0;
+    for (i = r->begin; i < r->end; i++)
+        if (b->g->shapes[b->refs[i].shape].kind != PTI_MESH) return 0;
+    return 1;
+}
+
+typedef struct pti_bin { pti_bounds box; uint32_t count; } pti_bin;
+static int pti_bin_of(float center, float lo, float scale) {
+    int i = (int)((center - lo) * scale);
+    return i < PTI_BINS - 1 ? i : PTI_BINS - 1;
+}
+static float pti_bin_scale(const pti_range *r, int axis) {           /* 0: flat along this axis */
+    float extent = pti_axis(r->centers.hi, axis) - pti_axis(r->centers.lo, axis);
+    return extent > 0 && extent > 1e-37f ? PTI_BINS / extent : 0.0f;
+}
+static void pti_bins_fill(const pti_builder *b, const pti_range *r, int axis, pti_bin bins[PTI_BINS]) {
+    float lo = pti_axis(r->centers.lo, axis), scale = pti_bin_scale(r, axis);
+    size_t i;
+    int k;
+    for (k = 0; k < PTI_BINS; k++) { bins[k].box = pti_bounds_empty(); bins[k].count = 0; }
+    for (i = r->begin; i < r->end; i++) {
+        k = pti_bin_of(pti_axis(pti_ref_center(&b->refs[i]), axis), lo, scale);
+        pti_bounds_merge(&bins[k].box, &b->refs[i].box);
+        bins[k].count++;
+    }
+}
+static float pti_packets_for(uint32_t count) { return (float)((count + PTI_LANES - 1) / PTI_LANES); }
+
+/* The cheapest border between bins: the number of bins to its left, or 0. */
+static int pti_bins_sweep(const pti_bin bins[PTI_BINS], float *best) {
+    float right[PTI_BINS];
+    pti_bounds box = pti_bounds_empty();
+    uint32_t count = 0;
+    int k, at = 0;
+    for (k = PTI_BINS - 1; k > 0; k--) {
+        pti_bounds_merge(&box, &bins[k].box);
+        count += bins[k].count;
+        right[k] = count ? pti_bounds_area(&box) * pti_packets_for(count) : -1.0f;
+    }
+    box = pti_bounds_empty();
+    count = 0;
+    for (k = 1; k < PTI_BINS; k++) {
+        float cost;
+        pti_bounds_merge(&box, &bins[k - 1].box);
+        count += bins[k - 1].count;
+        if (!count || right[k] < 0) continue;
+        cost = pti_bounds_area(&box) * pti_packets_for(count) + right[k];
+        if (cost < *best) { *best = cost; at = k; }
+    }
+    return at;
+}
+/* Moves what belongs to the left of border `at` to the front; returns where the right begins. */
+static size_t pti_partition(pti_builder *b, const pti_range *r, int axis, int at) {
+    float lo = pti_axis(r->centers.lo, axis), scale = pti_bin_scale(r, axis);
+    size_t i = r->begin, j = r->end;
+    while (i < j) {
+        if (pti_bin_of(pti_axis(pti_ref_center(&b->refs[i]), axis), lo, scale) < at) i++;
+        else {
+            pti_ref moved = b->refs[i];
+            b->refs[i] = b->refs[--j];
+            b->refs[j] = moved;
+        }
+    }
+    return i;
+}
+static int pti_log2_ceil(size_t n) {
+    int k = 0;
+    while (n > 1) { n = (n + 1) / 2; k++; }
+    return k;
+}
+/* Where all centres coincide, or the tree grows too deep, half goes left. */
+static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left, pti_range *right) {
+    pti_bin bins[PTI_BINS];
+    float best = FLT_MAX;
+    size_t middle = r->begin + (r->end - r->begin) / 2;
+    int axis, at, best_axis = -1, best_at = 0;
+    if (r->depth + 1 + pti_log2_ceil(r->end - r->begin) < PTI_MAX_DEPTH)
+        for (axis = 0; axis < 3; axis++) {
+            if (!(pti_bin_scale(r, axis) > 0)) continue;
+            pti_bins_fill(b, r, axis, bins);
+            at = pti_bins_sweep(bins, &best);
+            if (at) { best_axis = axis; best_at = at; }
+        }
+    if (best_axis >= 0) middle = pti_partition(b, r, best_axis, best_at);
+    *left = pti_range_make(b, r->begin, middle, r->depth + 1);
+    *right = pti_range_make(b, middle, r->end, r->depth + 1);
+}
+
+static uint32_t pti_build_leaf(pti_builder *b, const pti_range *r) {
+    pti_bvh *bvh = &b->g->bvh;
+    const pti_ref *ref = b->refs + r->begin;
+    const pti_shape *shape = b->g->shapes + ref->shape;
+    pti_packet *p;
+    void *array = bvh->packets;
+    size_t i;
+    int corner;
+    if (shape->kind != PTI_MESH) return PTI_OBJECT | ref->shape;
+    if (!pti_grow(b->allocator, &array, bvh->packet_count, &bvh->packet_capacity, sizeof *p)) { b->failed = 1; return PTI_NONE; }
+    bvh->packets = (pti_packet *)array;
+    p = bvh->packets + bvh->packet_count;
+    memset(p, 0, sizeof *p);
+    for (i = 0; i < r->end - r->begin; i++, ref++) {
+        pt_vec3 v[3];
+        shape = b->g->shapes + ref->shape;
+        pti_mesh_triangle(&shape->as.mesh, ref->prim, v);
+        for (corner = 0; corner < 3; corner++) {
+            p->v[corner][0][i] = v[corner].x;
+            p->v[corner][1][i] = v[corner].y;
+            p->v[corner][2][i] = v[corner].z;
+        }
+        p->prim[i] = shape->first + ref->prim;
+    }
+    return PTI_LEAF | (uint32_t)bvh->packet_count++;
+}
+static void pti_node_set(pti_node *n, int k, const pti_bounds *box, uint32_t child) {
+    n->plane[0][k] = box->lo.x; n->plane[1][k] = box->hi.x;
+    n->plane[2][k] = box->lo.y; n->plane[3][k] = box->hi.y;
+    n->plane[4][k] = box->lo.z; n->plane[5][k] = box->hi.z;
+    n->child[k] = child;
+}
+/* Splits the largest child until there are eight, or nothing is left to split. Returns how many there are. */
+static int pti_open_range(pti_builder *b, const pti_range *r, pti_range children[PTI_WIDTH]) {
+    int count = 1, k, pick;
+    children[0] = *r;
+    while (count < PTI_WIDTH) {
+        float area, largest = -1;
+        pti_range whole;
+        for (k = 0, pick = -1; k < count; k++) {
+            if (pti_range_is_leaf(b, &children[k])) continue;
+            area = pti_bounds_area(&children[k].box);
+            if (area > largest || pick < 0) { largest = area; pick = k; }
+        }
+        if (pick < 0) break;
+        whole = children[pick];
+        pti_split_range(b, &whole, &children[pick], &children[count++]);
+    }
+    return count;
+}
+static uint32_t pti_build_range(pti_builder *b, const pti_range *r) {
+    pti_range children[PTI_WIDTH];
+    pti_bvh *bvh = &b->g->bvh;
+    pti_bounds nowhere = pti_bounds_empty();
+    void *array = bvh->nodes;
+    uint32_t self = (uint32_t)bvh->node_count, child;
+    int count, k;
+    if (pti_range_is_leaf(b, r)) return pti_build_leaf(b, r);
+    if (!pti_grow(b->allocator, &array, bvh->node_count, &bvh->node_capacity, sizeof *bvh->nodes)) { b->failed = 1; return PTI_NONE; }
+    bvh->nodes = (pti_node *)array;
+    bvh->node_count++;
+    count = pti_open_range(b, r, children);
+    for (k = 0; k < PTI_WIDTH; k++) {
+        child = k < count && !b->failed ? pti_build_range(b, &children[k]) : PTI_NONE;
+        pti_node_set(&bvh->nodes[self], k, k < count ? &children[k].box : &nowhere, child);
+    }
+    return PTI_INNER | self;
+}
+
+/* Triangles without area can not be hit, and are left out. */
+static size_t pti_collect_refs(const pti_geometry *g, pti_ref *refs) {
+    size_t i, n = 0;
+    uint32_t k;
+    for (i = 0; i < g->shape_count; i++) {
+        const pti_shape *s = g->shapes + i;
+        for (k = 0; k < s->count; k++) {
+            pti_ref *r = refs + n;
+            if (s->kind == PTI_MESH) {
+                pt_vec3 v[3];
+                pti_mesh_triangle(&s->as.mesh, k, v);
+                if (pti_is_zero3(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0])))) continue;
+            }
+            r->box = pti_shape_bounds(s, k, s->kind == PTI_INSTANCE ? &s->as.instance.of->bvh.bounds : NULL);
+            if (r->box.lo.x > r->box.hi.x) continue;
+            r->shape = (uint32_t)i;
+            r->prim = k;
+            n++;
+        }
+    }
+    return n;
+}
+static int pti_shrink(const pt_allocator *a, void **array, size_t count, size_t *capacity, size_t size) {
+    void *p;
+    if (count == *capacity) return 1;
+    p = count ? pti_alloc(a, count, size) : NULL;
+    if (count && !p) return 0;
+    if (count) memcpy(p, *array, count * size);
+    pti_free(a, *array, *capacity, size);
+    *array = p;
+    *capacity = count;
+    return 1;
+}
+static void pti_bvh_free(pti_bvh *bvh, const pt_allocator *a) {
+    pti_free(a, bvh->nodes, bvh->node_capacity, sizeof *bvh->nodes);
+    pti_free(a, bvh->packets, bvh->packet_capacity, sizeof *bvh->packets);
+    memset(bvh, 0, sizeof *bvh);
+}
+static int pti_bvh_build(pti_geometry *g, const pt_allocator *a) {   /* 0 when out of memory */
+    pti_builder b;
+    pti_range all;
+    void *nodes, *packets;
+    b.g = g; b.allocator = a; b.failed = 0;
+    b.refs = (pti_ref *)pti_alloc(a, g->prim_count, sizeof *b.refs);
+    if (!b.refs) return 0;
+    all = pti_range_make(&b, 0, pti_collect_refs(g, b.refs), 0);
+    g->bvh.bounds = all.box;
+    g->bvh.root = all.end ? pti_build_range(&b, &all) : PTI_NONE;
+    pti_free(a, b.refs, g->prim_count, sizeof *b.refs);
+    nodes = g->bvh.nodes; packets = g->bvh.packets;
+    if (!b.failed) b.failed = !pti_shrink(a, &nodes, g->bvh.node_count, &g->bvh.node_capacity, sizeof(pti_node));
+    if (!b.failed) b.failed = !pti_shrink(a, &packets, g->bvh.packet_count, &g->bvh.packet_capacity, sizeof(pti_packet));
+    g->bvh.nodes = (pti_node *)nodes; g->bvh.packets = (pti_packet *)packets;
+    return !b.failed;
+}
+
+/* ---- >>kernel ------------------------------------------------------------------------------------------
+   The two kernels that have instructions of their own, ray x eight boxes and ray x four triangles, and the traversal that
+   they are put into. The triangle kernels only find candidates, by the very operations of pti_triangle; that one decides.
+   The box kernels may differ in the last bits, as they only choose what is looked at. All are conservative. */
+
+#define PTI_WIDEN (1 + 2 * PTI_ULPS_8)                   /* the rounding of t itself, see pti_ray_prepare */
+
+/* Bit k: the ray enters child k between tmin and tmax; enter[k] is where. */
+typedef uint32_t pti_boxes_kernel(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]);
+/* Bit k: triangle k may be hit. */
+typedef uint32_t pti_triangles_kernel(const pti_packet *p, const pti_ray *r);
+
+static uint32_t pti_boxes_scalar(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
+    const float *x0 = n->plane[r->near_row[0]], *x1 = n->plane[r->near_row[0] ^ 1];
+    const float *y0 = n->plane[r->near_row[1]], *y1 = n->plane[r->near_row[1] ^ 1];
+    const float *z0 = n->plane[r->near_row[2]], *z1 = n->plane[r->near_row[2] ^ 1];
+    uint32_t mask = 0;
+    int k;
+    for (k = 0; k < PTI_WIDTH; k++) {
+        float t0 = pti_max(x0[k] * r->inverse[0] + r->near_add[0], y0[k] * r->inverse[1] + r->near_add[1]);
+        float t1 = pti_min(x1[k] * r->inverse[0] + r->far_add[0], y1[k] * r->inverse[1] + r->far_add[1]);
+        t0 = pti_max(pti_max(t0, z0[k] * r->inverse[2] + r->near_add[2]), r->tmin);
+        t1 = pti_min(pti_min(t1, z1[k] * r->inverse[2] + r->far_add[2]), tmax);
+        enter[k] = t0;
+        mask |= (uint32_t)(t0 <= t1 * PTI_WIDEN) << k;
+    }
+    return mask;
+}
+static uint32_t pti_triangles_scalar(const pti_packet *p, const pti_ray *r) {
+    (void)p; (void)r;
+    return (1u << PTI_LANES) - 1;
+}
+
+#if defined(PTI_X86)
+PTI_INLINE __m128 pti_slab_sse2(const float *row, float inverse, float add) {
+    return _mm_add_ps(_mm_mul_ps(_mm_loadu_ps(row), _mm_set1_ps(inverse)), _mm_set1_ps(add));
+}
+static uint32_t pti_boxes_sse2(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
+    const float (*plane)[PTI_WIDTH] = n->plane;
+    uint32_t mask = 0;
+    int h;
+    for (h = 0; h < PTI_WIDTH; h += 4) {
+        __m128 t0 = _mm_max_ps(pti_slab_sse2(plane[r->near_row[0]] + h, r->inverse[0], r->near_add[0]),
+                               pti_slab_sse2(plane[r->near_row[1]] + h, r->inverse[1], r->near_add[1]));
+        __m128 t1 = _mm_min_ps(pti_slab_sse2(plane[r->near_row[0] ^ 1] + h, r->inverse[0], r->far_add[0]),
+                               pti_slab_sse2(plane[r->near_row[1] ^ 1] + h, r->inverse[1], r->far_add[1]));
+        t0 = _mm_max_ps(t0, pti_slab_sse2(plane[r->near_row[2]] + h, r->inverse[2], r->near_add[2]));
+        t1 = _mm_min_ps(t1, pti_slab_sse2(plane[r->near_row[2] ^ 1] + h, r->inverse[2], r->far_add[2]));
+        t0 = _mm_max_ps(t0, _mm_set1_ps(r->tmin));
+        t1 = _mm_mul_ps(_mm_min_ps(t1, _mm_set1_ps(tmax)), _mm_set1_ps(PTI_WIDEN));
+        _mm_storeu_ps(enter + h, t0);
+        mask |= (uint32_t)_mm_movemask_ps(_mm_cmple_ps(t0, t1)) << h;
+    }
+    return mask;
+}
+PTI_INLINE __m128 pti_row_sse2(const pti_packet *p, const pti_ray *r, int corner, int axis) {
+    return _mm_sub_ps(_mm_loadu_ps(p->v[corner][axis]), _mm_set1_ps(r->org[axis]));
+}
+static uint32_t pti_triangles_sse2(const pti_packet *p, const pti_ray *r) {
+    __m128 sx = _mm_set1_ps(r->sx), sy = _mm_set1_ps(r->sy), zero = _mm_setzero_ps();
+    __m128 az = pti_row_sse2(p, r, 0, r->kz), bz = pti_row_sse2(p, r, 1, r->kz), cz = pti_row_sse2(p, r, 2, r->kz);
+    __m128 ax = _mm_sub_ps(pti_row_sse2(p, r, 0, r->kx), _mm_mul_ps(sx, az));
+    __m128 ay = _mm_sub_ps(pti_row_sse2(p, r, 0, r->ky), _mm_mul_ps(sy, az));
+    __m128 bx = _mm_sub_ps(pti_row_sse2(p, r, 1, r->kx), _mm_mul_ps(sx, bz));
+    __m128 by = _mm_sub_ps(pti_row_sse2(p, r, 1, r->ky), _mm_mul_ps(sy, bz));
+    __m128 cx = _mm_sub_ps(pti_row_sse2(p, r, 2, r->kx), _mm_mul_ps(sx, cz));
+    __m128 cy = _mm_sub_ps(pti_row_sse2(p, r, 2, r->ky), _mm_mul_ps(sy, cz));
+    __m128 U = _mm_sub_ps(_mm_mul_ps(cx, by), _mm_mul_ps(cy, bx));
+    __m128 V = _mm_sub_ps(_mm_mul_ps(ax, cy), _mm_mul_ps(ay, cx));
+    __m128 W = _mm_sub_ps(_mm_mul_ps(bx, ay), _mm_mul_ps(by, ax));
+    __m128 least = _mm_min_ps(_mm_min_ps(U, V), W), most = _mm_max_ps(_mm_max_ps(U, V), W);
+    return (uint32_t)_mm_movemask_ps(_mm_or_ps(_mm_cmpge_ps(least, zero), _mm_cmple_ps(most, zero)));
+}
+
+PTI_AVX2 PTI_INLINE __m256 pti_slab_avx2(const float *row, const float *inverse, const float *add) {
+    return _mm256_fmadd_ps(_mm256_loadu_ps(row), _mm256_broadcast_ss(inverse), _mm256_broadcast_ss(add));
+}
+PTI_AVX2 static inline uint32_t pti_boxes_avx2(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
+    const float (*plane)[PTI_WIDTH] = n->plane;
+    __m256 t0 = _mm256_max_ps(pti_slab_avx2(plane[r->near_row[0]], r->inverse, r->near_add),
+                              pti_slab_avx2(plane[r->near_row[1]], r->inverse + 1, r->near_add + 1));
+    __m256 t1 = _mm256_min_ps(pti_slab_avx2(plane[r->near_row[0] ^ 1], r->inverse, r->far_add),
+                              pti_slab_avx2(plane[r->near_row[1] ^ 1], r->inverse + 1, r->far_add + 1));
+    t0 = _mm256_max_ps(t0, pti_slab_avx2(plane[r->near_row[2]], r->inverse + 2, r->near_add + 2));
+    t1 = _mm256_min_ps(t1, pti_slab_avx2(plane[r->near_row[2] ^ 1], r->inverse + 2, r->far_add + 2));
+    t0 = _mm256_max_ps(t0, _mm256_broadcast_ss(&r->tmin));
+    t1 = _mm256_mul_ps(_mm256_min_ps(t1, _mm256_set1_ps(tmax)), _mm256_set1_ps(PTI_WIDEN));
+    _mm256_storeu_ps(enter, t0);
+    return (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(t0, t1, _CMP_LE_OQ));
+}
+#endif
+
+#if defined(PTI_NEON)
+PTI_INLINE uint32_t pti_mask_neon(uint32x4_t m) {
+    static const uint32_t bits[4] = { 1, 2, 4, 8 };
+    return vaddvq_u32(vandq_u32(m, vld1q_u32(bits)));
+}
+PTI_INLINE float32x4_t pti_slab_neon(const float *row, float inverse, float add) {
+    return vfmaq_n_f32(vdupq_n_f32(add), vld1q_f32(row), inverse);
+}
+static uint32_t pti_boxes_neon(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
+    const float (*plane)[PTI_WIDTH] = n->plane;
+    uint32_t mask = 0;
+    int h;
+    for (h = 0; h < PTI_WIDTH; h += 4) {
+        float32x4_t t0 = vmaxq_f32(pti_slab_neon(plane[r->near_row[0]] + h, r->inverse[0], r->near_add[0]),
+                                   pti_slab_neon(plane[r->near_row[1]] + h, r->inverse[1], r->near_add[1]));
+        float32x4_t t1 = vminq_f32(pti_slab_neon(plane[r->near_row[0] ^ 1] + h, r->inverse[0], r->far_add[0]),
+                                   pti_slab_neon(plane[r->near_row[1] ^ 1] + h, r->inverse[1], r->far_add[1]));
+        t0 = vmaxq_f32(t0, pti_slab_neon(plane[r->near_row[2]] + h, r->inverse[2], r->near_add[2]));
+        t1 = vminq_f32(t1, pti_slab_neon(plane[r->near_row[2] ^ 1] + h, r->inverse[2], r->far_add[2]));
+        t0 = vmaxq_f32(t0, vdupq_n_f32(r->tmin));
+        t1 = vmulq_n_f32(vminq_f32(t1, vdupq_n_f32(tmax)), PTI_WIDEN);
+        vst1q_f32(enter + h, t0);
+        mask |= pti_mask_neon(vcleq_f32(t0, t1)) << h;
+    }
+    return mask;
+}
+PTI_INLINE float32x4_t pti_row_neon(const pti_packet *p, const pti_ray *r, int corner, int axis) {
+    return vsubq_f32(vld1q_f32(p->v[corner][axis]), vdupq_n_f32(r->org[axis]));
+}
+PTI_INLINE float32x4_t pti_cross_neon(float32x4_t a, float32x4_t b, float32x4_t c, float32x4_t d) {       /* a b - c d */
+    return vsubq_f32(vmulq_f32(a, b), vmulq_f32(c, d));
+}
+static uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r) {
+    float32x4_t sx = vdupq_n_f32(r->sx), sy = vdupq_n_f32(r->sy), zero = vdupq_n_f32(0);
+    float32x4_t az = pti_row_neon(p, r, 0, r->kz), bz = pti_row_neon(p, r, 1, r->kz), cz = pti_row_neon(p, r, 2, r->kz);
+    float32x4_t ax = vsubq_f32(pti_row_neon(p, r, 0, r->kx), vmulq_f32(sx, az));
+    float32x4_t ay = vsubq_f32(pti_row_neon(p, r, 0, r->ky), vmulq_f32(sy, az));
+    float32x4_t bx = vsubq_f32(pti_row_neon(p, r, 1, r->kx), vmulq_f32(sx, bz));
+    float32x4_t by = vsubq_f32(pti_row_neon(p, r, 1, r->ky), vmulq_f32(sy, bz));
+    float32x4_t cx = vsubq_f32(pti_row_neon(p, r, 2, r->kx), vmulq_f32(sx, cz));
+    float32x4_t cy = vsubq_f32(pti_row_neon(p, r, 2, r->ky), vmulq_f32(sy, cz));
+    float32x4_t U = pti_cross_neon(cx, by, cy, bx), V = pti_cross_neon(ax, cy, ay, cx), W = pti_cross_neon(bx, ay, by, ax);
+    float32x4_t least = vminq_f32(vminq_f32(U, V), W), most = vmaxq_f32(vmaxq_f32(U, V), W);
+    return pti_mask_neon(vorrq_u32(vcgeq_f32(least, zero), vcleq_f32(most, zero)));
+}
+#endif
+
+/* One shape that is not a mesh, nor an instance. */
+static int pti_object_hit(const pti_shape *s, uint32_t index, const pti_ray *r, pti_hit *hit, uint32_t outer) {
+    pt_vertex x;
+    float limit = hit->t < FLT_MAX / 2 ? hit->t * PTI_WIDEN : hit->t;          /* so that ties are seen, and decided here */
+    memset(&x, 0, sizeof x);
+    if (s->kind == PTI_SPHERE) {
+        if (!pti_sphere_hit(&s->as.sphere, r, limit, &x.t)) return 0;
+    } else {
+        pt_ray ray;
+        ray.org = pt_v3(r->org[0], r->org[1], r->org[2]);
+        ray.dir = pt_v3(r->dir[0], r->dir[1], r->dir[2]);
+        ray.tmin = r->tmin; ray.tmax = limit; ray.time = r->time;
+        if (!s->as.user.vtable.intersect(s->as.user.user, &ray, &x) || !(x.t > r->tmin) || !(x.t <= limit)) return 0;
+    }
+    if (!pti_closer(hit, x.t, outer, s->first)) return 0;
+    hit->found = 1; hit->t = x.t; hit->u = x.u; hit->v = x.v; hit->ng = x.ng;
+    hit->outer = outer; hit->prim = s->first; hit->shape = index + 1;
+    return 1;
+}
+static int pti_packet_hit(const pti_packet *p, uint32_t candidates, const pti_ray *r, pti_hit *hit, uint32_t instance_prim) {
+    int lane, any = 0;
+    for (lane = 0; lane < PTI_LANES; lane++) {
+        float t, u, v;
+        uint32_t outer = instance_prim != PTI_NONE ? instance_prim : p->prim[lane];
+        if (!(candidates >> lane & 1) || !pti_triangle(p, lane, r, &t, &u, &v)) continue;
+        if (!pti_closer(hit, t, outer, p->prim[lane])) continue;
+        hit->found = 1; hit->t = t; hit->u = u; hit->v = v;
+        hit->outer = outer; hit->prim = p->prim[lane]; hit->shape = 0;
+        any = 1;
+    }
+    return any;
+}
+
+typedef struct pti_entry { uint32_t child; float enter; } pti_entry;
+
+/* Pushes the children that were hit, the farthest first, and returns the nearest. */
+PTI_INLINE uint32_t pti_push_children(const pti_node *n, uint32_t mask, const float enter[PTI_WIDTH], pti_entry *stack,
+                                      int *top) {
+    int first = *top, i, k;
+    for (k = 0; mask; k++, mask >>= 1) {
+        pti_entry e;
+        if (!(mask & 1)) continue;
+        e.child = n->child[k];
+        e.enter = enter[k];
+        for (i = (*top)++; i > first && stack[i - 1].enter < e.enter; i--) stack[i] = stack[i - 1];
+        stack[i] = e;
+    }
+    return stack[--*top].child;
+}
+
+/* Nearest hit, or any. One loop over both levels: at an instance the ray is moved into its scene, and a mark on the stack
+   brings it back. `boxes` and `triangles` are constants wherever this is used, so that they are inlined. */
+PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti_hit *hit, int any,
+                            pti_boxes_kernel *boxes, pti_triangles_kernel *triangles) {
+    pti_entry stack[2 * PTI_STACK];
+    float enter[PTI_WIDTH];
+    const pti_geometry *g = scene;
+    const pti_ray *r = world;
+    pti_ray local;
+    uint32_t child = g->bvh.root, instance = 0, instance_prim = PTI_NONE, mask;
+    int top = 0, found;
+    for (;;) {
+        while (PTI_KIND(child) == PTI_INNER) {
+            const pti_node *n = g->bvh.nodes + child;
+            mask = boxes(n, r, hit->t, enter);
+            if (!mask) goto pop;
+            child = pti_push_children(n, mask, enter, stack, &top);
+        }
+        if (PTI_KIND(child) == PTI_LEAF) {
+            const pti_packet *p = g->bvh.packets + PTI_INDEX(child);
+            mask = triangles(p, r);
+            found = mask && pti_packet_hit(p, mask, r, hit, instance_prim);
+        } else if (child == PTI_NONE) {
+            found = 0;
+        } else {
+            const pti_shape *s = g->shapes + PTI_INDEX(child);
+            if (s->kind == PTI_INSTANCE) {
+                const pti_instance *in = &s->as.instance;
+                pti_ray_prepare(&local, pti_xform_point(&in->to_local, pt_v3(r->org[0], r->org[1], r->org[2])),
+                                pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time);
+                instance = PTI_INDEX(child) + 1;
+                instance_prim = s->first;
+                stack[top].child = PTI_NONE;
+                stack[top++].enter = -1;
+                g = in->of; r = &local; child = g->bvh.root;
+                continue;
+            }
+            found = pti_object_hit(s, PTI_INDEX(child), r, hit, instance_prim != PTI_NONE ? instance_prim : s->first);
+        }
+        if (found) {
+            hit->instance = instance;
+            if (any) return 1;
+        }
+pop:
+        for (;;) {
+            if (!top) return hit->found;
+            child = stack[--top].child;
+            if (child == PTI_NONE && stack[top].enter < 0) { g = scene; r = world; instance = 0; instance_prim = PTI_NONE; continue; }
+            if (stack[top].enter <= hit->t * PTI_WIDEN) break;
+        }
+    }
+}
+
+typedef int pti_trace_function(const pti_geometry *g, const pti_ray *r, pti_hit *hit, int any);
+#define PTI_TRACE(isa, boxes, triangles) \
+    static int pti_trace_##isa(const pti_geometry *g, const pti_ray *r, pti_hit *hit, int any) { \
+        return any ? pti_traverse(g, r, hit, 1, boxes, triangles) : pti_traverse(g, r, hit, 0, boxes, triangles); \
+    }
+PTI_TRACE(scalar, pti_boxes_scalar, pti_triangles_scalar)
+#if defined(PTI_X86)
+PTI_TRACE(sse2, pti_boxes_sse2, pti_triangles_sse2)
+PTI_AVX2 PTI_TRACE(avx2, pti_boxes_avx2, pti_triangles_sse2)
+#elif defined(PTI_NEON)
+PTI_TRACE(neon, pti_boxes_neon, pti_triangles_neon)
+#endif
+static pti_trace_function *pti_trace_for(int isa) {
+#if defined(PTI_X86)
+    if (isa == PTI_AVX2_ISA) return pti_trace_avx2;
+    if (isa == PTI_SSE2_ISA) return pti_trace_sse2;
+#elif defined(PTI_NEON)
+    if (isa == PTI_NEON_ISA) return pti_trace_neon;
+#endif
+    (void)isa;
+    return pti_trace_scalar;
+}
+static void pti_hit_init(pti_hit *hit, float tmax) {
+    memset(hit, 0, sizeof *hit);
+    hit->t = tmax > 0 ? tmax : FLT_MAX;
+}
+
+/* From a hit to a vertex: all in the space of the hit's own scene, then out of its instance. */
+static uint32_t pti_find_shape(const pti_geometry *g, uint32_t prim) {
+    size_t lo = 0, hi = g->shape_count;
+    while (hi - lo > 1) {
+        size_t mid = lo + (hi - lo) / 2;
+        if (g->shapes[mid].first <= prim) lo = mid; else hi = mid;
+    }
+    return (uint32_t)lo;
+}
+static void pti_vertex_on_triangle(const pti_mesh *m, uint32_t triangle, const pti_hit *hit, pt_vertex *x) {
+    pt_vec3 v[3], e1, e2, n;
+    float b[3], size = 0, du1, du2, dv1, dv2, det;
+    uint32_t i[3];
+    int k;
+    b[0] = 1 - hit->u - hit->v; b[1] = hit->u; b[2] = hit->v;
+    for (k = 0; k < 3; k++) { i[k] = pti_mesh_index(m, triangle, k); v[k] = pti_mesh_position(m, i[k]); }
+    x->p = pti_madd(v[0], b[0], pti_madd(v[1], b[1], pti_scale(v[2], b[2])));
+    for (k = 0; k < 3; k++) size = pti_max(size, pti_largest_abs(pti_sub(v[k], x->p)));
+    x->error = PTI_ULPS_8 * (size + pti_largest_abs(x->p));
+    e1 = pti_sub(v[1], v[0]); e2 = pti_sub(v[2], v[0]);
+    x->ng = x->ns = pti_normalize(pti_cross(e1, e2));
+    x->u = hit->u; x->v = hit->v;
+    x->tangent = e1;
+    if (m->uvs) {
+        const float *a = m->uvs + 2 * (size_t)i[0], *c = m->uvs + 2 * (size_t)i[1], *d = m->uvs + 2 * (size_t)i[2];
+        x->u = a[0] * b[0] + c[0] * b[1] + d[0] * b[2];
+        x->v = a[1] * b[0] + c[1] * b[1] + d[1] * b[2];
+        du1 = c[0] - a[0]; dv1 = c[1] - a[1]; du2 = d[0] - a[0]; dv2 = d[1] - a[1];
+        det = du1 * dv2 - dv1 * du2;                     /* dp/du, up to its length */
+        if (det != 0) x->tangent = pti_scale(pti_sub(pti_scale(e1, dv2), pti_scale(e2, dv1)), det > 0 ? 1.0f : -1.0f);
+    }
+    if (m->normals) {
+        n = pt_v3(0, 0, 0);
+        for (k = 0; k < 3; k++) {
+            const float *q = m->normals + 3 * (size_t)i[k];
+            n = pti_madd(pt_v3(q[0], q[1], q[2]), b[k], n);
+        }
+        if (!pti_is_zero3(n)) x->ns = pti_normalize(n);
+    }
+}
+static void pti_vertex_on_sphere(const pti_sphere *s, pt_vec3 p, pt_vertex *x) {
+    x->ng = x->ns = pti_normalize(pti_sub(p, s->center));
+    x->p = pti_madd(x->ng, s->radius, s->center);        /* back onto the sphere */
+    x->error = PTI_ULPS_8 * (pti_largest_abs(s->center) + s->radius);
+    x->u = 0.5f + pti_atan2(x->ng.x, -x->ng.z) / (2 * PTI_PI);
+    x->v = 1 - pti_acos(x->ng.y) / PTI_PI;
+    x->tangent = pt_v3(-x->ng.z, 0, x->ng.x);
+}
+/* Rounding inside the instance, seen along the normal from outside, and that of the way there and back. */
+static float pti_instance_error(const pti_instance *in, const pt_vertex *local, pt_vec3 p) {
+    float shrink = pti_length(pti_xform_normal(&in->to_local, local->ng));     /* of distances from the surface, inwards */
+    float inside = local->error + PTI_ULPS_8 * pti_xform_magnitude(&in->to_local, p);
+    return inside / shrink + PTI_ULPS_8 * pti_xform_magnitude(&in->to_world, local->p);
+}
+/* Shading normals: on ng's side, and never seen from behind, else a surface that faces the eye would be black. */
+static void pti_vertex_orient(pt_vertex *x) {
+    float side = pti_dot(x->ng, x->wo) < 0 ? -1.0f : 1.0f, facing;
+    if (pti_dot(x->ns, x->ng) < 0) x->ns = pti_neg(x->ns);
+    facing = side * pti_dot(x->ns, x->wo);
+    if (facing < 1e-3f) x->ns = pti_normalize(pti_madd(x->wo, side * (1e-3f - facing), x->ns));
+    x->tangent = pti_madd(x->ns, -pti_dot(x->ns, x->tangent), x->tangent);
+    x->tangent = pti_normalize(x->tangent);
+    if (pti_is_zero3(x->tangent)) { pt_vec3 b; pti_basis(x->ns, &x->tangent, &b); }
+}
+static void pti_vertex_fill(const pti_geometry *g, const pti_ray *ray, pti_hit *hit, pt_vertex *x) {
+    const pti_shape *outer = hit->instance ? g->shapes + (hit->instance - 1) : NULL, *s;
+    const pti_instance *in = outer ? &outer->as.instance : NULL;
+    pt_vec3 org = pt_v3(ray->org[0], ray->org[1], ray->org[2]), dir = pt_v3(ray->dir[0], ray->dir[1], ray->dir[2]), p;
+    if (in) g = in->of;
+    if (!hit->shape) hit->shape = pti_find_shape(g, hit->prim) + 1;
+    s = g->shapes + (hit->shape - 1);
+    memset(x, 0, sizeof *x);
+    x->t = hit->t;
+    x->time = ray->time;
+    x->wo = pti_neg(pti_normalize(dir));
+    x->prim = hit->prim - s->first;
+    x->shape.id = hit->shape;
+    x->instance.id = hit->instance;
+    x->material.id = s->material;
+    p = pti_madd(dir, hit->t, org);
+    if (in) p = pti_xform_point(&in->to_local, p);
+    if (s->kind == PTI_MESH) pti_vertex_on_triangle(&s->as.mesh, x->prim, hit, x);
+    else if (s->kind == PTI_SPHERE) pti_vertex_on_sphere(&s->as.sphere, p, x);
+    else {
+        x->p = p;
+        x->ng = x->ns = pti_normalize(hit->ng);
+        x->error = 32 * PTI_ULPS_8 * pti_largest_abs(p); /* nobody knows how well the user computes */
+        x->u = hit->u; x->v = hit->v;
+    }
+    if (in) {
+        p = pti_xform_point(&in->to_world, x->p);
+        x->error = pti_instance_error(in, x, p);
+        x->p = p;
+        x->ng = pti_normalize(pti_xform_normal(&in->to_local, x->ng));
+        x->ns = pti_normalize(pti_xform_normal(&in->to_local, x->ns));
+        x->tangent = pti_xform_vector(&in->to_world, x->tangent);
+    }
+    pti_vertex_orient(x);
+}
+/* Where a ray towards wi starts: above the surface, on wi's side. */
+static pt_vec3 pti_spawn(const pt_vertex *x, pt_vec3 wi) {
+    return pti_madd(x->ng, pti_dot(x->ng, wi) < 0 ? -x->error : x->error, x->p);
+}
+
+/* ---- >>texture -----------------------------------------------------------------------------------------
+   Colours that vary over a surface: pixels, filtered bilinearly and repeated, or the user's function. */
+
+typedef struct pti_texture {
+    int width, height, channels, is_float;
+    void *pixels;
+    float decode[256];                                   /* of a byte: the sRGB curve, or a straight line */
+    pt_vec3 (*eval)(void *user, const pt_vertex *x);
+    void *user;
+} pti_texture;
+
+static size_t pti_texture_size(const pti_texture *t) { return t->is_float ? sizeof(float) : 1; }
+static size_t pti_texture_count(const pti_texture *t) {
+    return (size_t)t->width * (size_t)t->height * (size_t)t->channels;
+}
+static float pti_srgb_decode(float s) { return s <= 0.04045f ? s / 12.92f : pti_pow((s + 0.055f) / 1.055f, 2.4f); }
+
+static float pti_texel_channel(const pti_texture *t, size_t i) {
+    return t->is_float ? ((const float *)t->pixels)[i] : t->decode[((const unsigned char *)t->pixels)[i]];
+}
+static pt_vec3 pti_texel(const pti_texture *t, int x, int y) {
+    size_t i = ((size_t)y * (size_t)t->width + (size_t)x) * (size_t)t->channels;
+    float r = pti_texel_channel(t, i);
+    return t->channels == 1 ? pt_v3(r, r, r) : pt_v3(r, pti_texel_channel(t, i + 1), pti_texel_channel(t, i + 2));
+}
+/* A coordinate in pixels, taken modulo n, as a whole pixel and the rest. */
+static int pti_wrap(float x, int n, float *rest) {
+    float whole = floorf(x);
+    int i;
+    *rest = x - whole;
+    whole -= (float)n * floorf(whole / (float)n);
+    i = whole >= 0 && whole < (float)n ? (int)whole : 0;
+    return i < n ? i : n - 1;
+}
+/* u to the right, v down from the top; both wrap round, or v stops at the poles of a map of the sky. */
+static pt_vec3 pti_texture_bilinear(const pti_texture *t, float u, float v, int clamp_v) {
+    float fx, fy, y = v * (float)t->height - 0.5f;
+    int x0, x1, y0, y1;
+    if (clamp_v) y = pti_clamp(y, 0, (float)(t->height - 1));
+    x0 = pti_wrap(u * (float)t->width - 0.5f, t->width, &fx);
+    y0 = pti_wrap(y, t->height, &fy);
+    x1 = x0 + 1 < t->width ? x0 + 1 : 0;
+    y1 = y0 + 1 < t->height ? y0 + 1 : clamp_v ? y0 : 0;
+    return pti_add(pti_scale(pti_madd(pti_texel(t, x0, y0), 1 - fx, pti_scale(pti_texel(t, x1, y0), fx)), 1 - fy),
+                   pti_scale(pti_madd(pti_texel(t, x0, y1), 1 - fx, pti_scale(pti_texel(t, x1, y1), fx)), fy));
+}
+static pt_vec3 pti_texture_eval(const pti_texture *t, const pt_vertex *x) {
+    return t->eval ? t->eval(t->user, x) : pti_texture_bilinear(t, x->u, 1 - x->v, 0);
+}
+
+/* ---- >>bsdf --------------------------------------------------------------------------------------------
+   How surfaces scatter. A BSDF is a table of four functions (pt_bsdf_vtable) and the built-in ones have no other door
+   than the user's. Its sample draws from two kinds of lobes: smooth ones, whose density eval and pdf tell for any wi, and
+   delta lobes (mirrors), which have one direction each and a probability instead of a density. */
+
+typedef struct pti_material {
+    pt_material_desc desc;
+    pt_bsdf_vtable vtable;
+    const pti_texture *texture;                          /* set at commit, like the next */
+    void *user;                                          /* of the vtable; for built-in BSDFs, the material */
+    int emits;
+} pti_material;
+
+static pt_vec3 pti_material_color(const pti_material *m, const pt_vertex *x) {
+    pt_vec3 c = m->desc.color, t;
+    if (!m->texture) return c;
+    t = pti_texture_eval(m->texture, x);
+    return pti_is_zero3(c) ? t : pti_mul(c, t);
+}
+static pt_vec3 pti_material_emission(const pti_material *m, const pt_vertex *x) {
+    return m->desc.two_sided || pti_dot(x->ng, x->wo) > 0 ? m->desc.emission : pt_v3(0, 0, 0);
+}
+static int pti_same_side(const pt_vertex *x, pt_vec3 a, pt_vec3 b) { return pti_dot(x->ng, a) * pti_dot(x->ng, b) > 0; }
+static pt_vec3 pti_facing_normal(const pt_vertex *x) { return pti_dot(x->ns, x->wo) < 0 ? pti_neg(x->ns) : x->ns; }
+
+/* Lambert: f = albedo / pi, drawn with p = cos / pi. */
+static float pti_diffuse_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
+    (void)user;
+    return pti_same_side(x, x->wo, wi) ? pti_pdf_cosine(pti_dot(pti_facing_normal(x), wi)) : 0.0f;
+}
+static pt_vec3 pti_diffuse_eval(void *user, const pt_vertex *x, pt_vec3 wi) {
+    return pti_scale(pti_material_color((const pti_material *)user, x), pti_diffuse_pdf(user, x, wi));
+}
+static int pti_diffuse_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
+    pt_vec3 n = pti_facing_normal(x), t, b;
+    (void)user;
+    pti_basis(n, &t, &b);
+    out->wi = pti_normalize(pti_to_world(t, b, n, pti_sample_cosine(u[0], u[1])));
+    return 1;
+}
+
+/* Delta lobes: no smooth part, and always a delta. */
+static pt_vec3 pti_no_eval(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return pt_v3(0, 0, 0); }
+static float   pti_no_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return 0; }
+static float   pti_always(void *user, const pt_vertex *x) { (void)user; (void)x; return 1; }
+
+static pt_vec3 pti_reflect(pt_vec3 wo, pt_vec3 n) { return pti_normalize(pti_sub(pti_scale(n, 2 * pti_dot(n, wo)), wo)); }
+
+/* A mirror: reflectance r0 at normal incidence, r0 + (1 - r0)(1 - cos)^5 elsewhere (Schlick 1994). */
+static int pti_mirror_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
+    pt_vec3 n = pti_facing_normal(x), r0 = pti_material_color((const pti_material *)user, x);
+    float k;
+    (void)u;
+    out->wi = pti_reflect(x->wo, n);
+    if (!pti_same_side(x, x->wo, out->wi)) {             /* the shading normal bends it into the surface: do without */
+        n = pti_dot(x->ng, x->wo) < 0 ? pti_neg(x->ng) : x->ng;
+        out->wi = pti_reflect(x->wo, n);
+    }
+    k = 1 - pti_min(pti_dot(n, x->wo), 1);
+    k = k * k * k * k * k;
+    out->f = pti_madd(r0, 1 - k, pt_v3(k, k, k));
+    out->pdf = 1;
+    out->delta = 1;
+    return 1;
+}
+
+/* Fresnel's share of reflected light between dielectrics; eta = index behind the surface over index before it. Snell:
+   sin t = sin i / eta; where that exceeds 1, all is reflected. *cos_t gets the refracted cosine. */
+static float pti_fresnel(float cos_i, float eta, float *cos_t) {
+    float sin2_t = (1 - cos_i * cos_i) / (eta * eta), s, p;
+    if (sin2_t >= 1) { *cos_t = 0; return 1; }
+    *cos_t = sqrtf(1 - sin2_t);
+    s = (cos_i - eta * *cos_t) / (cos_i + eta * *cos_t);
+    p = (eta * cos_i - *cos_t) / (eta * cos_i + *cos_t);
+    return pti_min((s * s + p * p) / 2, 1);
+}
+/* Glass. Radiance is squeezed into a narrower cone inside, by eta^2 (Veach 1997, 5.2), and let out again at the exit. */
+static int pti_glass_lobe(const pti_material *m, const pt_vertex *x, pt_vec3 n, float u, pt_scatter *out) {
+    float eta = m->desc.ior > 0 ? m->desc.ior : 1.5f, cos_i = pti_min(pti_dot(n, x->wo), 1), cos_t, fresnel;
+    pt_vec3 tint = pti_is_zero3(m->desc.color) && !m->texture ? pt_v3(1, 1, 1) : pti_material_color(m, x);
+    if (pti_dot(x->ng, x->wo) < 0) eta = 1 / eta;
+    fresnel = pti_fresnel(cos_i, eta, &cos_t);
+    out->delta = 1;
+    if (u < fresnel) {
+        out->wi = pti_reflect(x->wo, n);
+        out->f = pti_scale(tint, fresnel);
+        out->pdf = fresnel;
+        return pti_same_side(x, x->wo, out->wi);
+    }
+    out->wi = pti_normalize(pti_sub(pti_scale(n, cos_i / eta - cos_t), pti_scale(x->wo, 1 / eta)));
+    out->f = pti_scale(tint, (1 - fresnel) / (eta * eta));
+    out->pdf = 1 - fresnel;
+    return !pti_same_side(x, x->wo, out->wi);
+}
+static int pti_glass_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
+    const pti_material *m = (const pti_material *)user;
+    if (pti_glass_lobe(m, x, pti_facing_normal(x), u[0], out)) return 1;
+    return pti_glass_lobe(m, x, pti_dot(x->ng, x->wo) < 0 ? pti_neg(x->ng) : x->ng, u[0], out);
+}
+
+static pt_bsdf_vtable pti_builtin_bsdf(pt_bsdf kind) {
+    pt_bsdf_vtable v;
+    v.eval = pti_no_eval; v.pdf = pti_no_pdf; v.delta = pti_always;
+    v.sample = kind == PT_BSDF_CONDUCTOR ? pti_mirror_sample : pti_glass_sample;
+    if (kind == PT_BSDF_DIFFUSE) {
+        v.eval = pti_diffuse_eval; v.pdf = pti_diffuse_pdf; v.sample = pti_diffuse_sample; v.delta = NULL;
+    }
+    return v;
+}
+static float pti_material_delta(const pti_material *m, const pt_vertex *x) {
+    return m->vtable.delta ? pti_clamp(m->vtable.delta(m->user, x), 0, 1) : 0.0f;
+}
+
+/* ---- >>light -------------------------------------------------------------------------------------------
+   Where light comes from, as densities over directions. Seen from p, an emitter is drawn uniformly over its solid angle S,
+   with p = 1 / S: that leaves only the cosine and the surface's own radiance as noise. */
+
+typedef enum pti_emitter_kind { PTI_TRIANGLE_LIGHT, PTI_RECT_LIGHT, PTI_SPHERE_LIGHT } pti_emitter_kind;
+typedef struct pti_emitter {
+    pti_emitter_kind kind;
+    int two_sided;
+    pt_vec3 p, e1, e2, n;                                /* corner and edges, unit normal; or centre */
+    float radius, area;
+    float luminance;                                     /* of its radiance */
+} pti_emitter;
+
+static pti_emitter pti_emitter_flat(pti_emitter_kind kind, pt_vec3 p, pt_vec3 e1, pt_vec3 e2, float luminance, int two_sided) {
+    pti_emitter e;
+    e.kind = kind; e.p = p; e.e1 = e1; e.e2 = e2; e.luminance = luminance; e.two_sided = two_sided; e.radius = 0;
+    e.n = pti_cross(e1, e2);
+    e.area = pti_length(e.n) * (kind == PTI_RECT_LIGHT ? 1.0f : 0.5f);
+    e.n = pti_normalize(e.n);
+    return e;
+}
+static pti_emitter pti_emitter_sphere(pt_vec3 center, float radius, float luminance, int two_sided) {
+    pti_emitter e;
+    e.kind = PTI_SPHERE_LIGHT; e.p = center; e.radius = radius; e.luminance = luminance; e.two_sided = two_sided;
+    e.e1 = e.e2 = e.n = pt_v3(0, 0, 0);
+    e.area = 4 * PTI_PI * radius * radius;
+    return e;
+}
+static float pti_emitter_power(const pti_emitter *e) {   /* flux: radiance x area x pi, for each side */
+    return e->luminance * e->area * (e->two_sided ? 2 * PTI_PI : PTI_PI);
+}
+static pti_bounds pti_emitter_bounds(const pti_emitter *e) {
+    pti_bounds b;
+    b.lo = b.hi = e->p;
+    if (e->kind == PTI_SPHERE_LIGHT) { pti_bounds_pad(&b, e->radius); return b; }
+    pti_bounds_point(&b, pti_add(e->p, e->e1));
+    pti_bounds_point(&b, pti_add(e->p, e->e2));
+    if (e->kind == PTI_RECT_LIGHT) pti_bounds_point(&b, pti_add(pti_add(e->p, e->e1), e->e2));
+    return b;
+}
+/* Does it shine on p at all? */
+static int pti_emitter_faces(const pti_emitter *e, pt_vec3 p) {
+    pt_vec3 d = pti_sub(p, e->p);
+    float side = e->kind == PTI_SPHERE_LIGHT ? pti_dot(d, d) - e->radius * e->radius : pti_dot(d, e->n);
+    return side > 0 || (e->two_sided && side < 0);
+}
+
+/* Below this solid angle the maps lose their digits, and area sampling takes over: p = d^2 / (A cos), which varies little
+   over something that small. */
+#define PTI_TINY_TRIANGLE 3e-4f
+#define PTI_TINY_RECT 1e-7f
+
+static float pti_emitter_triangle_angle(const pti_emitter *e, pt_vec3 p, pt_vec3 v[3]) {
+    v[0] = pti_sub(e->p, p);
+    v[1] = pti_normalize(pti_add(v[0], e->e1));
+    v[2] = pti_normalize(pti_add(v[0], e->e2));
+    v[0] = pti_normalize(v[0]);
+    return pti_triangle_solid_angle(v[0], v[1], v[2]);
+}
+static pt_vec3 pti_emitter_sample_area(const pti_emitter *e, pt_vec3 p, float u, float v) {
+    if (e->kind == PTI_TRIANGLE_LIGHT) { float s = sqrtf(u); u = 1 - s; v = v * s; }
+    return pti_normalize(pti_sub(pti_madd(e->e1, u, pti_madd(e->e2, v, e->p)), p));
+}
+/* 1 - cos of the cone that a sphere fills, without cancellation; 2, all around, from within. */
+static float pti_emitter_cone(const pti_emitter *e, pt_vec3 axis) {
+    float s2 = e->radius * e->radius / pti_dot(axis, axis);
+    return s2 < 1 ? s2 / (1 + sqrtf(1 - s2)) : 2.0f;
+}
+static int pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
+    pt_vec3 c[3], axis, t, b;
+    pti_rect r;
+    float S;
+    if (!pti_emitter_faces(e, p)) return 0;
+    switch (e->kind) {
+    case PTI_TRIANGLE_LIGHT:
+        S = pti_emitter_triangle_angle(e, p, c);
+        *wi = S < PTI_TINY_TRIANGLE ? pti_emitter_sample_area(e, p, u, v)
+                                    : pti_normalize(pti_sample_triangle(c[0], c[1], c[2], S, u, v));
+        return 1;
+    case PTI_RECT_LIGHT:
+        r = pti_rect_seen_from(p, e->p, e->e1, e->e2);
+        S = pti_rect_solid_angle(&r);
+        *wi = S < PTI_TINY_RECT ? pti_emitter_sample_area(e, p, u, v) : pti_normalize(pti_sample_rect(&r, S, u, v));
+        return 1;
+    default:
+        axis = pti_sub(e->p, p);
+        S = pti_emitter_cone(e, axis);
+        axis = pti_normalize(axis);
+        pti_basis(axis, &t, &b);
+        *wi = pti_normalize(pti_to_world(t, b, axis, pti_sample_cone(S, u, v)));
+        return 1;
+    }
+}
+/* Where the ray from p along wi pierces a flat emitter: its distance, or 0. Borders count, widened by the rounding of what
+   the samplers draw. */
+static float pti_emitter_distance(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
+    pt_vec3 h = pti_cross(wi, e->e2), s = pti_sub(p, e->p), q = pti_cross(s, e->e1);
+    float det = pti_dot(e->e1, h), u, v;
+    if (det == 0) return 0;
+    u = pti_dot(s, h) / det;
+    v = pti_dot(wi, q) / det;
+    if (u < -1e-5f || v < -1e-5f) return 0;
+    if (e->kind == PTI_RECT_LIGHT ? u > 1 + 1e-5f || v > 1 + 1e-5f : u + v > 1 + 1e-5f) return 0;
+    return pti_max(pti_dot(e->e2, q) / det, 0);
+}
+static float pti_emitter_pdf(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
+    pt_vec3 c[3], axis;
+    pti_rect r;
+    float S, d;
+    if (!pti_emitter_faces(e, p)) return 0;
+    if (e->kind == PTI_SPHERE_LIGHT) {
+        axis = pti_sub(e->p, p);
+        S = pti_emitter_cone(e, axis);
+        axis = pti_normalize(axis);
+        c[0] = pti_sub(wi, axis);                        /* |wi - axis|^2 = 2 (1 - cos) */
+        return pti_dot(c[0], c[0]) <= 2 * S * (1 + 1e-5f) + 1e-12f ? pti_pdf_cone(S) : 0.0f;
+    }
+    d = pti_emitter_distance(e, p, wi);
+    if (!(d > 0)) return 0;
+    if (e->kind == PTI_RECT_LIGHT) {
+        r = pti_rect_seen_from(p, e->p, e->e1, e->e2);
+        S = pti_rect_solid_angle(&r);
+        if (S >= PTI_TINY_RECT) return pti_pdf_rect(S);
+    } else {
+        S = pti_emitter_triangle_angle(e, p, c);
+        if (S >= PTI_TINY_TRIANGLE) return pti_pdf_triangle(S);
+    }
+    return d * d / (e->area * fabsf(pti_dot(wi, e->n)) + 1e-30f);
+}
+
+/* The light tree: a mixture of its two children, whose weights depend on where the path stands,
+       p(wi) = w p_left(wi) + (1 - w) p_right(wi),   w = I(left) / (I(left) + I(right)),   I = power / distance^2
+   (the idea of Conty Estevez and Kulla 2018). sample walks down one way; pdf walks down all boxes that the ray meets and
+   adds up what it finds in the leaves: all emitters along the direction, hidden ones too. */
+typedef struct pti_light_node { pti_bounds box; float power; uint32_t left, right; } pti_light_node;  /* leaf: left == right
+                                                                                            == the emitter */
+typedef struct pti_lights {
+    pti_emitter *emitters;  size_t count, capacity;
+    pti_light_node *nodes;  size_t node_count, node_capacity;
+} pti_lights;
+
+#define PTI_LIGHT_DEPTH 60
+/* Halves in space along the longest side, in number where that fails or the tree gets deep. */
+static size_t pti_light_split(pti_lights *l, size_t begin, size_t end, int depth) {
+    pti_bounds centers = pti_bounds_empty(), b;
+    size_t i, j = begin;
+    int axis;
+    float middle;
+    pt_vec3 d;
+    for (i = begin; i < end; i++) {
+        b = pti_emitter_bounds(l->emitters + i);
+        pti_bounds_point(&centers, pti_add(b.lo, b.hi));
+    }
+    d = pti_sub(centers.hi, centers.lo);
+    axis = d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
+    middle = pti_axis(centers.lo, axis) + pti_axis(d, axis) / 2;
+    if (depth + pti_log2_ceil(end - begin) >= PTI_LIGHT_DEPTH) return begin + (end - begin) / 2;
+    for (i = begin; i < end; i++) {
+        b = pti_emitter_bounds(l->emitters + i);
+        if (pti_axis(pti_add(b.lo, b.hi), axis) < middle) {
+            pti_emitter moved = l->emitters[i];
+            l->emitters[i] = l->emitters[j];
+            l->emitters[j++] = moved;
+        }
+    }
+    return j == begin || j == end ? begin + (end - begin) / 2 : j;
+}
+static uint32_t pti_light_build(pti_lights *l, size_t begin, size_t end, int depth) {
+    uint32_t self = (uint32_t)l->node_count++;
+    pti_light_node *n = l->nodes + self;
+    size_t middle;
+    if (end - begin == 1) {
+        n->box = pti_emitter_bounds(l->emitters + begin);
+        n->power = pti_emitter_power(l->emitters + begin);
+        n->left = n->right = (uint32_t)begin;
+        return self;
+    }
+    middle = pti_light_split(l, begin, end, depth);
+    n->left = pti_light_build(l, begin, middle, depth + 1);
+    n->right = pti_light_build(l, middle, end, depth + 1);
+    n->box = l->nodes[n->left].box;
+    pti_bounds_merge(&n->box, &l->nodes[n->right].box);
+    n->power = l->nodes[n->left].power + l->nodes[n->right].power;
+    return self;
+}
+static float pti_light_importance(const pti_lights *l, uint32_t node, pt_vec3 p) {
+    const pti_light_node *n = l->nodes + node;
+    pt_vec3 half = pti_scale(pti_sub(n->box.hi, n->box.lo), 0.5f), d = pti_sub(p, pti_add(n->box.lo, half));
+    if (n->left == n->right && !pti_emitter_faces(l->emitters + n->left, p)) return 0;
+    return n->power / (pti_max(pti_dot(d, d), pti_dot(half, half)) + 1e-30f);
+}
+/* The left child's weight; -1 where neither shines on p. */
+static float pti_light_weight(const pti_lights *l, const pti_light_node *n, pt_vec3 p) {
+    float left = pti_light_importance(l, n->left, p), right = pti_light_importance(l, n->right, p);
+    return left + right > 0 ? left / (left + right) : -1.0f;
+}
+static int pti_lights_sample(const pti_lights *l, pt_vec3 p, uint32_t choice, float u, float v, pt_vec3 *wi) {
+    const pti_light_node *n = l->nodes;
+    while (n->left != n->right) {
+        float w = pti_light_weight(l, n, p);
+        if (w < 0) return 0;
+        n = l->nodes + (pti_split(&choice, w) ? n->left : n->right);
+    }
+    return pti_emitter_sample(l->emitters + n->left, p, u, v, wi);
+}
+static int pti_light_box_met(const pti_bounds *b, const pti_ray *r) {
+    const float lo[3] = { b->lo.x, b->lo.y, b->lo.z }, hi[3] = { b->hi.x, b->hi.y, b->hi.z };
+    float t0 = 0, t1 = FLT_MAX;
+    int k;
+    for (k = 0; k < 3; k++) {
+        int back = r->near_row[k] & 1;
+        t0 = pti_max(t0, (back ? hi[k] : lo[k]) * r->inverse[k] + r->near_add[k]);
+        t1 = pti_min(t1, (back ? lo[k] : hi[k]) * r->inverse[k] + r->far_add[k]);
+    }
+    return t0 <= t1 * (1 + 64 * PTI_ULPS_8) + 1e-30f;    /* wider than needed: the borders of pti_emitter_distance */
+}
+static float pti_lights_pdf(const pti_lights *l, pt_vec3 p, pt_vec3 wi) {
+    struct { uint32_t node; float weight; } stack[PTI_LIGHT_DEPTH + 2];
+    float sum = 0;
+    int top = 0;
+    pti_ray r;
+    if (l->count == 1) return pti_emitter_pdf(l->emitters, p, wi);
+    pti_ray_prepare(&r, p, wi, 0, 0);
+    stack[top].node = 0;
+    stack[top++].weight = 1;
+    while (top) {
+        const pti_light_node *n = l->nodes + stack[--top].node;
+        float weight = stack[top].weight, w;
+        if (!pti_light_box_met(&n->box, &r)) continue;
+        if (n->left == n->right) { sum += weight * pti_emitter_pdf(l->emitters + n->left, p, wi); continue; }
+        w = pti_light_weight(l, n, p);
+        if (w < 0) continue;
+        if (w < 1) { stack[top].node = n->right; stack[top++].weight = weight * (1 - w); }
+        if (w > 0) { stack[top].node = n->left; stack[top++].weight = weight * w; }
+    }
+    return sum;
+}
+/* An estimate of the light that falls on p from all emitters, per unit area; 0 if none faces p. */
+static float pti_lights_irradiance(const pti_lights *l, pt_vec3 p) {
+    if (!l->count) return 0;
+    return pti_light_importance(l, 0, p) * (1 / (4 * PTI_PI));
+}
+
+/* The environment: radiance from infinity, drawn from a table over (u, v) of its luminance times sin theta, the area that
+   a cell of the map has on the sphere. A constant one needs no density of its own: the BSDF's is better. */
+typedef struct pti_environment {
+    int present, textured;                               /* textured: by picture or by callback */
+    pt_vec3 color;
+    const pti_texture *texture;
+    pt_vec3 (*radiance)(void *user, pt_vec3 dir);
+    void *user;
+    float sine, cosine;                                  /* of the rotation */
+    float mean;                                          /* luminance over the sphere */
+    pti_table2 table;
+} pti_environment;
+
+/* Direction and place on the map: u to the right from the left border (+z, seen from the middle, -z), v down from +y. */
+static void pti_direction_to_uv(pt_vec3 d, float *u, float *v) {
+    *u = 0.5f + pti_atan2(d.x, -d.z) * (0.5f / PTI_PI);
+    *v = pti_acos(d.y) / PTI_PI;
+}
+static pt_vec3 pti_uv_to_direction(float u, float v) {
+    float st, ct, sp, cp;
+    pti_sincos(v * PTI_PI, &st, &ct);
+    pti_sincos((u - 0.5f) * (2 * PTI_PI), &sp, &cp);
+    return pt_v3(st * sp, ct, -st * cp);
+}
+static pt_vec3 pti_environment_turn(const pti_environment *e, pt_vec3 d, float direction) {     /* -1: world to map */
+    float s = e->sine * direction;
+    return pt_v3(e->cosine * d.x + s * d.z, d.y, e->cosine * d.z - s * d.x);
+}
+static pt_vec3 pti_environment_map(const pti_environment *e, pt_vec3 d) {      /* d in the map's own frame */
+    float u, v;
+    if (e->radiance) return pti_mul(e->color, e->radiance(e->user, d));
+    if (!e->texture) return e->color;
+    pti_direction_to_uv(d, &u, &v);
+    return pti_mul(e->color, pti_texture_bilinear(e->texture, u, v, 1));
+}
+static pt_vec3 pti_environment_radiance(const pti_environment *e, pt_vec3 wi) {
+    return e->present ? pti_environment_map(e, pti_environment_turn(e, wi, -1)) : pt_v3(0, 0, 0);
+}
+static int pti_environment_sample(const pti_environment *e, float u, float v, pt_vec3 *wi) {
+    float x, y;
+    pti_sample_table2(&e->table, u, v, &x, &y);
+    *wi = pti_normalize(pti_environment_turn(e, pti_uv_to_direction(x, y), 1));
+    return 1;
+}
+static float pti_environment_pdf(const pti_environment *e, pt_vec3 wi) {       /* p(u,v) over |d wi / d(u,v)| */
+    float u, v, sine = pti_safe_sqrt(1 - wi.y * wi.y);
+    if (!(sine > 0)) return 0;
+    pti_direction_to_uv(pti_environment_turn(e, wi, -1), &u, &v);
+    return pti_pdf_table2(&e->table, u, v) / (2 * PTI_PI * PTI_PI * sine);
+}
+/* Luminance of a cell, never 0 where the bilinear map is not: a tent over 3 x 3 points, from border to border. */
+static float pti_environment_cell(const pti_environment *e, int x, int y) {
+    float sum = 0, l;
+    int i, j;
+    for (j = 0; j < 3; j++)
+        for (i = 0; i < 3; i++) {
+            float u = ((float)x + (float)i * 0.5f) / (float)e->table.width;
+            float v = ((float)y + (float)j * 0.5f) / (float)e->table.height;
+            pt_vec3 c = e->texture ? pti_mul(e->color, pti_texture_bilinear(e->texture, u, v, 1))
+                                   : pti_environment_map(e, pti_uv_to_direction(u, v));
+            l = pti_luminance(c) * (float)((1 + i % 2) * (1 + j % 2));
+            sum += l > 0 && l < FLT_MAX ? l : 0.0f;
+        }
+    return sum / 16;
+}
+static void pti_environment_free(pti_environment *e, const pt_allocator *a) {
+    pti_free(a, e->table.rows, (size_t)e->table.height + 1, sizeof(float));
+    pti_free(a, e->table.cells, ((size_t)e->table.width + 1) * (size_t)e->table.height, sizeof(float));
+    memset(&e->table, 0, sizeof e->table);
+}
+static int pti_environment_build(pti_environment *e, const pt_allocator *a) {  /* 0 when out of memory */
+    pti_table2 *t = &e->table;
+    float *row, *cell, s, c;
+    double total = 0, weight = 0;
+    int x, y;
+    e->mean = pti_luminance(e->color);
+    if (!e->textured) return 1;
+    t->width = e->texture ? e->texture->width : 256;
+    t->height = e->texture ? e->texture->height : 128;
+    t->rows = (float *)pti_alloc(a, (size_t)t->height + 1, sizeof(float));
+    t->cells = (float *)pti_alloc(a, ((size_t)t->width + 1) * (size_t)t->height, sizeof(float));
+    row = (float *)pti_alloc(a, (size_t)t->height, sizeof(float));
+    cell = (float *)pti_alloc(a, (size_t)t->width, sizeof(float));
+    if (t->rows && t->cells && row && cell) {
+        for (y = 0; y < t->height; y++) {
+            double sum = 0;
+            for (x = 0; x < t->width; x++) { cell[x] = pti_environment_cell(e, x, y); sum += (double)cell[x]; }
+            pti_sincos(((float)y + 0.5f) / (float)t->height * PTI_PI, &s, &c);
+            row[y] = (float)(sum * (double)s);
+            total += sum * (double)s;
+            weight += (double)t->width * (double)s;
+            pti_table_build(t->cells + (size_t)y * ((size_t)t->width + 1), cell, t->width);
+        }
+        pti_table_build(t->rows, row, t->height);
+        e->mean = (float)(total / weight);
+    }
+    pti_free(a, row, (size_t)t->height, sizeof(float));
+    pti_free(a, cell, (size_t)t->width, sizeof(float));
+    return t->rows && t->cells && row && cell;
+}
+
+/* ---- >>scene -------------------------------------------------------------------------------------------
+   Where all that comes in is checked and kept. Nothing below this chapter meets an index out of range or a NaN. */
+
+struct pt_scene {
+    pt_allocator allocator;
+    pti_error error;
+    int committed, isa;
+    pti_geometry geometry;
+    pti_material *materials;    size_t material_count, material_capacity;
+    pti_texture *textures;      size_t texture_count, texture_capacity;
+    pt_density_desc *densities; size_t density_count, density_capacity;
+    float density_weight;                                /* sum over densities, at most 0.95 */
+    pti_lights lights;
+    pti_environment environment;
+    pt_texture environment_texture;
+};
+
+#define PTI_MAX_COORDINATE 1e12f
+#define PTI_DEFAULT_MATERIAL 0u                          /* slot 0: grey, for shapes whose material is none */
+
+static int pti_in_range(float x) { return fabsf(x) <= PTI_MAX_COORDINATE; }   /* false for NaN */
+static int pti_in_range3(pt_vec3 v) { return pti_in_range(v.x) && pti_in_range(v.y) && pti_in_range(v.z); }
+
+/* May this call change the scene? */
+static int pti_scene_open(pt_scene *s, const char *call, const void *argument) {
+    if (!s) return 0;
+    if (s->committed) {
+        pti_fail(&s->error, PT_ERR_STATE, "%s: the scene is committed, and read-only from then on", call);
+        return 0;
+    }
+    if (!argument) { pti_fail(&s->error, PT_ERR_ARG, "%s: NULL instead of a description", call); return 0; }
+    return s->error.code == PT_OK;
+}
+static int pti_check(pt_scene *s, int fine, const char *call, const char *what, float value) {
+    if (!fine) pti_fail(&s->error, PT_ERR_ARG, "%s: %s (it is %g)", call, what, (double)value);
+    return fine;
+}
+static int pti_check3(pt_scene *s, int fine, const char *call, const char *what, pt_vec3 v) {
+    if (!fine)
+        pti_fail(&s->error, PT_ERR_ARG, "%s: %s (it is %g %g %g)", call, what, (double)v.x, (double)v.y, (double)v.z);
+    return fine;
+}
+static int pti_check_id(pt_scene *s, uint32_t id, size_t count, const char *call, const char *what) {
+    if (id <= count) return 1;
+    pti_fail(&s->error, PT_ERR_ARG, "%s: %s %u does not exist, there are %u", call, what, (uint64_t)id, (uint64_t)count);
+    return 0;
+}
+/* A new zeroed slot at the end of one of the scene's arrays, or NULL. */
+static void *pti_scene_slot(pt_scene *s, void **array, size_t *count, size_t *capacity, size_t size) {
+    if (*count >= PTI_INDEX(PTI_NONE) || !pti_grow(&s->allocator, array, *count, capacity, size)) {
+        pti_fail(&s->error, PT_ERR_MEMORY, "out of memory for the scene");
+        return NULL;
+    }
+    return (char *)*array + (*count)++ * size;
+}
+
+PT_DEF void pt_scene_destroy(pt_scene *s) {
+    pt_allocator a;
+    size_t i;
+    if (!s) return;
+    a = s->allocator;
+    for (i = 0; i < s->geometry.shape_count; i++) {
+        pti_shape *shape = s->geometry.shapes + i;
+        pti_mesh *m = &shape->as.mesh;
+        if (shape->kind != PTI_MESH || !m->owned) continue;
+        pti_free(&a, (void *)(uintptr_t)m->positions, m->vertex_count, 3 * sizeof(float));
+        pti_free(&a, (void *)(uintptr_t)m->normals, m->vertex_count, 3 * sizeof(float));
+        pti_free(&a, (void *)(uintptr_t)m->uvs, m->vertex_count, 2 * sizeof(float));
+        pti_free(&a, (void *)(uintptr_t)m->indices, (size_t)shape->count * 3, sizeof(uint32_t));
+    }
+    for (i = 0; i < s->texture_count; i++) {
+        pti_texture *t = s->textures + i;
+        if (t->pixels) pti_free(&a, t->pixels, pti_texture_count(t), pti_texture_size(t));
+    }
+    pti_bvh_free(&s->geometry.bvh, &a);
+    pti_environment_free(&s->environment, &a);
+    pti_free(&a, s->geometry.shapes, s->geometry.shape_capacity, sizeof(pti_shape));
+    pti_free(&a, s->materials, s->material_capacity, sizeof(pti_material));
+    pti_free(&a, s->textures, s->texture_capacity, sizeof(pti_texture));
+    pti_free(&a, s->densities, s->density_capacity, sizeof(pt_density_desc));
+    pti_free(&a, s->lights.emitters, s->lights.capacity, sizeof(pti_emitter));
+    pti_free(&a, s->lights.nodes, s->lights.node_capacity, sizeof(pti_light_node));
+    pti_free(&a, s, 1, sizeof *s);
+}
+PT_DEF const char *pt_scene_error(const pt_scene *s) { return s ? s->error.text : "out of memory for the scene"; }
+
+/* ---- materials, textures, densities, lights */
+
+static pti_material *pti_material_slot(pt_scene *s) {
+    void *array = s->materials;
+    pti_material *m = (pti_material *)pti_scene_slot(s, &array, &s->material_count, &s->material_capacity, sizeof *m);
+    s->materials = (pti_material *)array;
+    return m;
+}
+static int pti_check_material(pt_scene *s, const pt_material_desc *d) {
+    const char *call = "pt_add_material";
+    pt_vec3 c = d->color, e = d->emission;
+    return pti_check(s, d->bsdf >= PT_BSDF_DIFFUSE && d->bsdf <= PT_BSDF_USER, call, "bsdf is no pt_bsdf", (float)d->bsdf)
+        && pti_check3(s, c.x >= 0 && c.y >= 0 && c.z >= 0 && c.x <= 1 && c.y <= 1 && c.z <= 1, call,
+                      "color must be between 0 and 1", c)
+        && pti_check3(s, e.x >= 0 && e.y >= 0 && e.z >= 0 && pti_finite3(e), call, "emission must be finite and >= 0", e)
+        && pti_check(s, d->ior >= 0 && pti_finite(d->ior), call, "ior must be finite and > 0, or 0 for 1.5", d->ior)
+        && pti_check_id(s, d->color_texture.id, s->texture_count, call, "color_texture")
+        && pti_check(s, d->bsdf != PT_BSDF_USER || (d->vtable && d->vtable->eval && d->vtable->pdf && d->vtable->sample),
+                     call, "PT_BSDF_USER needs a vtable with eval, pdf and sample", 0);
+}
+PT_DEF pt_material pt_add_material(pt_scene *s, const pt_material_desc *d) {
+    pt_material id = { 0 };
+    pti_material *m;
+    if (!pti_scene_open(s, "pt_add_material", d) || !pti_check_material(s, d)) return id;
+    m = pti_material_slot(s);
+    if (!m) return id;
+    m->desc = *d;
+    m->vtable = d->bsdf == PT_BSDF_USER ? *d->vtable : pti_builtin_bsdf(d->bsdf);
+    m->emits = d->emission.x > 0 || d->emission.y > 0 || d->emission.z > 0;
+    id.id = (uint32_t)(s->material_count - 1);           /* slot 0 is taken, so ids begin at 1 */
+    return id;
+}
+
+PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
+    pt_allocator a = { NULL, NULL, NULL };
+    pti_material *grey;
+    pt_scene *s;
+    if (desc) a = desc->allocator;
+    a = pti_allocator_or_default(a);
+    s = (pt_scene *)pti_alloc(&a, 1, sizeof *s);
+    if (!s) return NULL;
+    s->allocator = a;
+    if (desc) s->error.logger = desc->logger;
+    grey = pti_material_slot(s);
+    if (!grey) { pt_scene_destroy(s); return NULL; }
+    grey->desc.color = pt_v3(0.5f, 0.5f, 0.5f);
+    grey->vtable = pti_builtin_bsdf(PT_BSDF_DIFFUSE);
+    return s;
+}
+
+PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d) {
+    const char *call = "pt_add_texture";
+    pt_texture id = { 0 };
+    pti_texture *t;
+    void *array;
+    int i;
+    if (!pti_scene_open(s, call, d)) return id;
+    if (!d->eval && !(pti_check(s, d->pixels != NULL, call, "pixels is NULL, and there is no eval", 0)
+        && pti_check(s, d->width > 0 && d->width <= 65536, call, "width must be 1 to 65536", (float)d->width)
+        && pti_check(s, d->height > 0 && d->height <= 65536, call, "height must be 1 to 65536", (float)d->height)
+        && pti_check(s, d->channels == 1 || d->channels == 3 || d->channels == 4, call, "channels must be 1, 3 or 4",
+                     (float)d->channels))) return id;
+    array = s->textures;
+    t = (pti_texture *)pti_scene_slot(s, &array, &s->texture_count, &s->texture_capacity, sizeof *t);
+    s->textures = (pti_texture *)array;
+    if (!t) return id;
+    t->eval = d->eval; t->user = d->user;
+    if (!d->eval) {
+        t->width = d->width; t->height = d->height; t->channels = d->channels; t->is_float = d->is_float != 0;
+        for (i = 0; i < 256; i++) t->decode[i] = d->srgb ? pti_srgb_decode((float)i / 255) : (float)i / 255;
+        t->pixels = pti_alloc(&s->allocator, pti_texture_count(t), pti_texture_size(t));
+        if (!t->pixels) { pti_fail(&s->error, PT_ERR_MEMORY, "%s: out of memory for %d x %d pixels", call, d->width, d->height); return id; }
+        memcpy(t->pixels, d->pixels, pti_texture_count(t) * pti_texture_size(t));
+    }
+    id.id = (uint32_t)s->texture_count;
+    return id;
+}
+
+PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d) {
+    const char *call = "pt_add_density";
+    pt_density id = { 0 };
+    pt_density_desc *slot;
+    void *array;
+    if (!pti_scene_open(s, call, d)
+        || !pti_check(s, d->sample && d->pdf, call, "sample or pdf is NULL", 0)
+        || !pti_check(s, d->weight >= 0 && d->weight <= 0.95f, call, "weight must be between 0 and 0.95", d->weight)) return id;
+    array = s->densities;
+    slot = (pt_density_desc *)pti_scene_slot(s, &array, &s->density_count, &s->density_capacity, sizeof *slot);
+    s->densities = (pt_density_desc *)array;
+    if (!slot) return id;
+    *slot = *d;
+    if (!(slot->weight > 0)) slot->weight = 0.25f;
+    id.id = (uint32_t)s->density_count;
+    return id;
+}
+
+PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d) {
+    const char *call = "pt_add_light";
+    pt_light id = { 0 };
+    pti_environment *e;
+    if (!pti_scene_open(s, call, d)) return id;
+    e = &s->environment;
+    if (!pti_check(s, d->kind == PT_LIGHT_ENVIRONMENT, call, "kind is no pt_light_kind", (float)d->kind)
+        || !pti_check(s, !e->present, call, "the scene has an environment already", 1)
+        || !pti_check3(s, d->color.x >= 0 && d->color.y >= 0 && d->color.z >= 0 && pti_finite3(d->color), call,
+                       "color must be finite and >= 0", d->color)
+        || !pti_check(s, fabsf(d->rotate_deg) <= 36000, call, "rotate_deg must be within 36000", d->rotate_deg)
+        || !pti_check_id(s, d->texture.id, s->texture_count, call, "texture")
+        || !pti_check(s, !d->texture.id || !s->textures[d->texture.id - 1].eval, call,
+                      "an environment's texture must have pixels; for a callback, see radiance", (float)d->texture.id)) return id;
+    e->present = 1;
+    e->color = d->color;
+    e->radiance = d->radiance; e->user = d->user;
+    e->textured = d->texture.id || d->radiance;
+    if (e->textured && pti_is_zero3(e->color)) e->color = pt_v3(1, 1, 1);
+    s->environment_texture = d->texture;
+    pti_sincos(d->rotate_deg * (PTI_PI / 180), &e->sine, &e->cosine);
+    id.id = 1;
+    return id;
+}
+
+/* ---- shapes */
+
+static pti_shape *pti_shape_slot(pt_scene *s, pti_shape_kind kind, size_t prims, pt_material m) {
+    pti_shape *shape;
+    void *array = s->geometry.shapes;
+    if (prims > PTI_INDEX(PTI_NONE) - s->geometry.prim_count) {
+        pti_fail(&s->error, PT_ERR_ARG, "a scene has room for %u triangles and other shapes, not more", (uint64_t)PTI_INDEX(PTI_NONE));
+        return NULL;
+    }
+    shape = (pti_shape *)pti_scene_slot(s, &array, &s->geometry.shape_count, &s->geometry.shape_capacity, sizeof *shape);
+    s->geometry.shapes = (pti_shape *)array;
+    if (!shape) return NULL;
+    shape->kind = kind;
+    shape->first = s->geometry.prim_count;
+    shape->count = (uint32_t)prims;
+    shape->material = m.id;
+    s->geometry.prim_count += (uint32_t)prims;
+    return shape;
+}
+static pt_shape pti_last_shape(const pt_scene *s) { pt_shape id; id.id = (uint32_t)s->geometry.shape_count; return id; }
+static int pti_check_shape(pt_scene *s, const char *call, const void *argument, pt_material m) {
+    return pti_scene_open(s, call, argument) && pti_check_id(s, m.id, s->material_count - 1, call, "material");
+}
+
+static int pti_check_mesh(pt_scene *s, const pt_mesh_desc *d, size_t stride, size_t corners) {
+    const char *call = "pt_add_mesh";
+    size_t i;
+    int k;
+    if (!pti_check(s, d->positions || !d->vertex_count, call, "positions is NULL", 0)) return 0;
+    if (stride < 12 || stride % 4 || d->vertex_count > UINT32_MAX || d->vertex_count > SIZE_MAX / stride) {
+        pti_fail(&s->error, PT_ERR_ARG, "%s: vertex_stride is %u, it must be a multiple of 4 from 12 on, and the array must fit "
+                 "into memory", call, (uint64_t)stride);
+        return 0;
+    }
+    if (corners % 3) {
+        pti_fail(&s->error, PT_ERR_ARG, "%s: %u indices do not make triangles", call, (uint64_t)corners);
+        return 0;
+    }
+    for (i = 0; i < corners; i++) {
+        size_t index = d->indices ? d->indices[i] : i;
+        if (index < d->vertex_count) continue;
+        pti_fail(&s->error, PT_ERR_ARG, "%s: index %u is %u, but there are %u vertices", call, (uint64_t)i, (uint64_t)index,
+                 (uint64_t)d->vertex_count);
+        return 0;
+    }
+    for (i = 0; i < d->vertex_count; i++) {
+        const float *p = (const float *)(const void *)((const char *)d->positions + i * stride);
+        int fine = pti_in_range(p[0]) && pti_in_range(p[1]) && pti_in_range(p[2]);
+        for (k = 0; k < 3; k++) fine = fine && (!d->normals || pti_in_range(d->normals[3 * i + (size_t)k]));
+        for (k = 0; k < 2; k++) fine = fine && (!d->uvs || pti_in_range(d->uvs[2 * i + (size_t)k]));
+        if (fine) continue;
+        pti_fail(&s->error, PT_ERR_ARG, "%s: vertex %u has a coordinate, normal or uv that is not finite and below 1e12: "
+                 "position %g %g %g", call, (uint64_t)i, (double)p[0], (double)p[1], (double)p[2]);
+        return 0;
+    }
+    return 1;
+}
+static const void *pti_copy(pt_scene *s, const void *from, size_t count, size_t size) {
+    void *p;
+    if (!from) return NULL;
+    p = pti_alloc(&s->allocator, count, size);
+    if (!p) pti_fail(&s->error, PT_ERR_MEMORY, "out of memory for a mesh");
+    else memcpy(p, from, count * size);
+    return p;
+}
+static const float *pti_copy_positions(pt_scene *s, const float *from, size_t count, size_t stride) {
+    float *p = (float *)pti_alloc(&s->allocator, count, 3 * sizeof(float));
+    size_t i;
+    if (!p) { pti_fail(&s->error, PT_ERR_MEMORY, "out of memory for a mesh"); return NULL; }
+    for (i = 0; i < count; i++) memcpy(p + 3 * i, (const char *)from + i * stride, 3 * sizeof(float));
+    return p;
+}
+static pt_shape pti_add_mesh(pt_scene *s, const pt_mesh_desc *d, int quads) {
+    pt_shape none = { 0 };
+    size_t stride, corners;
+    pti_shape *shape;
+    pti_mesh *m;
+    if (!pti_check_shape(s, "pt_add_mesh", d, d->material)) return none;
+    stride = d->vertex_stride ? d->vertex_stride : 12;
+    corners = d->indices || d->index_count ? d->index_count : d->vertex_count;
+    if (!pti_check_mesh(s, d, stride, corners)) return none;
+    shape = pti_shape_slot(s, PTI_MESH, corners / 3, d->material);
+    if (!shape) return none;
+    m = &shape->as.mesh;
+    m->quads = quads;
+    m->owned = !d->borrow;
+    m->stride = d->borrow ? stride : 12;
+    m->vertex_count = d->vertex_count;
+    m->positions = d->borrow ? d->positions : pti_copy_positions(s, d->positions, d->vertex_count, stride);
+    m->normals = d->borrow ? d->normals : (const float *)pti_copy(s, d->normals, d->vertex_count, 3 * sizeof(float));
+    m->uvs = d->borrow ? d->uvs : (const float *)pti_copy(s, d->uvs, d->vertex_count, 2 * sizeof(float));
+    m->indices = d->borrow ? d->indices : (const uint32_t *)pti_copy(s, d->indices, corners, sizeof(uint32_t));
+    return s->error.code == PT_OK ? pti_last_shape(s) : none;
+}
+PT_DEF pt_shape pt_add_mesh(pt_scene *s, const pt_mesh_desc *d) {
+    pt_shape none = { 0 };
+    return pti_scene_open(s, "pt_add_mesh", d) ? pti_add_mesh(s, d, 0) : none;
+}
+
+/* n parallelograms, each by four corners in turn. */
+static pt_shape pti_add_quads(pt_scene *s, const pt_vec3 *corner, int n, pt_material m) {
+    static const float uv[48] = { 0, 0, 1, 0, 1, 1, 0, 1,  0, 0, 1, 0, 1, 1, 0, 1,  0, 0, 1, 0, 1, 1, 0, 1,
+                                  0, 0, 1, 0, 1, 1, 0, 1,  0, 0, 1, 0, 1, 1, 0, 1,  0, 0, 1, 0, 1, 1, 0, 1 };
+    uint32_t index[36];
+    pt_mesh_desc d;
+    int i;
+    for (i = 0; i < 6 * n; i++) {
+        static const uint32_t order[6] = { 0, 1, 2, 0, 2, 3 };
+        index[i] = 4 * (uint32_t)(i / 6) + order[i % 6];
+    }
+    memset(&d, 0, sizeof d);
+    d.positions = &corner[0].x;
+    d.vertex_count = 4 * (size_t)n;
+    d.vertex_stride = sizeof *corner;
+    d.indices = index;
+    d.index_count = 6 * (size_t)n;
+    d.uvs = uv;
+    d.material = m;
+    return pti_add_mesh(s, &d, 1);
+}
+PT_DEF pt_shape pt_add_quad(pt_scene *s, pt_vec3 corner, pt_vec3 edge_u, pt_vec3 edge_v, pt_material m) {
+    pt_shape none = { 0 };
+    pt_vec3 c[4];
+    if (!pti_check_shape(s, "pt_add_quad", s, m)
+        || !pti_check3(s, pti_in_range3(corner), "pt_add_quad", "corner must be finite and below 1e12", corner)
+        || !pti_check3(s, pti_in_range3(edge_u), "pt_add_quad", "edge_u must be finite and below 1e12", edge_u)
+        || !pti_check3(s, pti_in_range3(edge_v), "pt_add_quad", "edge_v must be finite and below 1e12", edge_v)) return none;
+    c[0] = corner;
+    c[1] = pti_add(corner, edge_u);
+    c[2] = pti_add(c[1], edge_v);
+    c[3] = pti_add(corner, edge_v);
+    return pti_add_quads(s, c, 1, m);
+}
+PT_DEF pt_shape pt_add_box(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *xform, pt_material m) {
+    static const int face[24] = { 0, 4, 6, 2,  1, 3, 7, 5,  0, 1, 5, 4,  2, 6, 7, 3,  0, 2, 3, 1,  4, 5, 7, 6 };
+    pt_shape none = { 0 };
+    pt_vec3 c[24];
+    pt_xform x = pti_xform_or_identity(xform);
+    int i, mirrored;
+    if (!pti_check_shape(s, "pt_add_box", s, m)
+        || !pti_check3(s, pti_in_range3(lo) && lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z, "pt_add_box",
+                       "lo must be finite and not above hi", lo)
+        || !pti_check3(s, pti_in_range3(hi), "pt_add_box", "hi must be finite and below 1e12", hi)) return none;
+    mirrored = pti_xform_det(&x) < 0;                    /* then the corners go round the other way */
+    for (i = 0; i < 24; i++) {
+        int k = face[mirrored ? i / 4 * 4 + (4 - i % 4) % 4 : i];
+        c[i] = pti_xform_point(&x, pt_v3(k & 1 ? hi.x : lo.x, k & 2 ? hi.y : lo.y, k & 4 ? hi.z : lo.z));
+    }
+    return pti_add_quads(s, c, 6, m);
+}
+PT_DEF pt_shape pt_add_sphere(pt_scene *s, pt_vec3 center, float radius, pt_material m) {
+    pt_shape none = { 0 };
+    pti_shape *shape;
+    if (!pti_check_shape(s, "pt_add_sphere", s, m)
+        || !pti_check3(s, pti_in_range3(center), "pt_add_sphere", "center must be finite and below 1e12", center)
+        || !pti_check(s, radius > 0 && pti_in_range(radius), "pt_add_sphere", "radius must be above 0 and below 1e12", radius)) return none;
+    shape = pti_shape_slot(s, PTI_SPHERE, 1, m);
+    if (!shape) return none;
+    shape->as.sphere.center = center;
+    shape->as.sphere.radius = radius;
+    return pti_last_shape(s);
+}
+static int pti_has_instances(const pt_scene *s) {
+    size_t i;
+    for (i = 0; i < s->geometry.shape_count; i++) if (s->geometry.shapes[i].kind == PTI_INSTANCE) return 1;
+    return 0;
+}
+PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform *xform) {
+    const char *call = "pt_add_instance";
+    pt_shape none = { 0 };
+    pt_material no_material = { 0 };
+    pti_shape *shape;
+    pt_xform x = pti_xform_or_identity(xform), inverse;
+    int i;
+    if (!pti_scene_open(s, call, of)
+        || !pti_check(s, of != s, call, "a scene can not contain itself", 0)
+        || !pti_check(s, of->committed, call, "commit the scene before you place it", 0)
+        || !pti_check(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself", 1)) return none;
+    for (i = 0; i < 12; i++) if (!pti_check(s, pti_in_range(x.m[i]), call, "xform must be finite and below 1e12", x.m[i])) return none;
+    if (!pti_xform_invert(&x, &inverse)) {
+        pti_fail(&s->error, PT_ERR_ARG, "%s: xform has no inverse (its determinant is %g)", call, pti_xform_det(&x));
+        return none;
+    }
+    shape = pti_shape_slot(s, PTI_INSTANCE, 1, no_material);
+    if (!shape) return none;
+    shape->as.instance.of = &of->geometry;
+    shape->as.instance.scene = of;
+    shape->as.instance.to_world = x;
+    shape->as.instance.to_local = inverse;
+    return pti_last_shape(s);
+}
+PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m) {
+    const char *call = "pt_add_user_shape";
+    pt_shape none = { 0 };
+    pti_shape *shape;
+    pt_vec3 lo = { 0, 0, 0 }, hi = { 0, 0, 0 };
+    if (!pti_check_shape(s, call, v, m) || !pti_check(s, v->bounds && v->intersect, call, "bounds or intersect is NULL", 0)) return none;
+    v->bounds(user, &lo, &hi);
+    if (!pti_check3(s, pti_in_range3(lo) && lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z, call, "lo must be finite and not above hi", lo)
+        || !pti_check3(s, pti_in_range3(hi), call, "hi must be finite and below 1e12", hi)) return none;
+    shape = pti_shape_slot(s, PTI_USER, 1, m);
+    if (!shape) return none;
+    shape->as.user.vtable = *v;
+    shape->as.user.user = user;
+    return pti_last_shape(s);
+}
+
+/* ---- commit: emitters are found, then the trees are built */
+
+static int pti_emitter_add(pt_scene *s, pti_emitter e) {
+    void *array = s->lights.emitters;
+    pti_emitter *slot;
+    if (!(e.area > 0) || !(e.luminance > 0)) return 1;
+    slot = (pti_emitter *)pti_scene_slot(s, &array, &s->lights.count, &s->lights.capacity, sizeof *slot);
+    s->lights.emitters = (pti_emitter *)array;
+    if (!slot) return 0;
+    *slot = e;
+    return 1;
+}
+/* A parallelogram is sampled as a rectangle if it is one, else as two triangles. n: the front, which mirroring turns. */
+static int pti_emitter_add_quad(pt_scene *s, pt_vec3 p, pt_vec3 u, pt_vec3 v, pt_vec3 n, float luminance, int two_sided) {
+    float skew = fabsf(pti_dot(u, v));
+    pti_emitter e = pti_emitter_flat(PTI_RECT_LIGHT, p, u, v, luminance, two_sided);
+    e.n = n;
+    if (skew <= 1e-6f * pti_length(u) * pti_length(v)) return pti_emitter_add(s, e);
+    e.kind = PTI_TRIANGLE_LIGHT;
+    e.area /= 2;
+    if (!pti_emitter_add(s, e)) return 0;
+    e.p = pti_add(pti_add(p, u), v); e.e1 = pti_neg(u); e.e2 = pti_neg(v);
+    return pti_emitter_add(s, e);
+}
+static int pti_emitters_of_mesh(pt_scene *s, const pti_shape *shape, float luminance, int two_sided, const pti_instance *in) {
+    uint32_t i, step = shape->as.mesh.quads ? 2 : 1;
+    for (i = 0; i < shape->count; i += step) {
+        pt_vec3 v[3], n;
+        pti_emitter e;
+        int k;
+        pti_mesh_triangle(&shape->as.mesh, i, v);
+        n = pti_normalize(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0])));
+        if (in) {
+            for (k = 0; k < 3; k++) v[k] = pti_xform_point(&in->to_world, v[k]);
+            n = pti_normalize(pti_xform_normal(&in->to_local, n));
+        }
+        e = pti_emitter_flat(PTI_TRIANGLE_LIGHT, v[0], pti_sub(v[1], v[0]), pti_sub(v[2], v[0]), luminance, two_sided);
+        e.n = n;
+        if (step == 2 ? !pti_emitter_add_quad(s, v[0], e.e1, pti_sub(v[2], v[1]), n, luminance, two_sided)
+                      : !pti_emitter_add(s, e)) return 0;
+    }
+    return 1;
+}
+/* The factor by which a transform scales every length alike, or 0 if it does not. */
+static float pti_xform_uniform_scale(const pt_xform *x) {
+    const float *m = x->m;
+    pt_vec3 a = pt_v3(m[0], m[4], m[8]), b = pt_v3(m[1], m[5], m[9]), c = pt_v3(m[2], m[6], m[10]);
+    float l = pti_dot(a, a), tolerance = 1e-5f * l;
+    if (fabsf(pti_dot(b, b) - l) > tolerance || fabsf(pti_dot(c, c) - l) > tolerance || fabsf(pti_dot(a, b)) > tolerance
+        || fabsf(pti_dot(b, c)) > tolerance || fabsf(pti_dot(c, a)) > tolerance) return 0;
+    return sqrtf(l);
+}
+static int pti_collect_emitters(pt_scene *s, const pt_scene *from, const pti_instance *in) {
+    size_t i;
+    for (i = 0; i < from->geometry.shape_count; i++) {
+        const pti_shape *shape = from->geometry.shapes + i;
+        const pti_material *m = from->materials + shape->material;
+        float luminance = pti_luminance(m->desc.emission), scale = 1;
+        if (shape->kind == PTI_INSTANCE) {
+            if (!pti_collect_emitters(s, shape->as.instance.scene, &shape->as.instance)) return 0;
+        } else if (shape->kind == PTI_MESH && m->emits) {
+            if (!pti_emitters_of_mesh(s, shape, luminance, m->desc.two_sided, in)) return 0;
+        } else if (shape->kind == PTI_SPHERE && m->emits) {
+            pt_vec3 c = shape->as.sphere.center;
+            if (in) { c = pti_xform_point(&in->to_world, c); scale = pti_xform_uniform_scale(&in->to_world); }
+            if (!pti_emitter_add(s, pti_emitter_sphere(c, shape->as.sphere.radius * scale, luminance, m->desc.two_sided))) return 0;
+        }
+    }
+    return 1;
+}
+static int pti_lights_build(pti_lights *l, const pt_allocator *a) {
+    if (!l->count) return 1;
+    l->node_capacity = 2 * l->count - 1;
+    l->nodes = (pti_light_node *)pti_alloc(a, l->node_capacity, sizeof *l->nodes);
+    if (!l->nodes) { l->node_capacity = 0; return 0; }
+    pti_light_build(l, 0, l->count, 0);
+    return 1;
+}
+static void pti_scene_link(pt_scene *s) {                /* pointers into arrays that do not move any more */
+    size_t i;
+    for (i = 0; i < s->material_count; i++) {
+        pti_material *m = s->materials + i;
+        m->texture = m->desc.color_texture.id ? s->textures + (m->desc.color_texture.id - 1) : NULL;
+        m->user = m->desc.bsdf == PT_BSDF_USER ? m->desc.user : m;
+    }
+    if (s->environment_texture.id) s->environment.texture = s->textures + (s->environment_texture.id - 1);
+    for (i = 0; i < s->density_count; i++) s->density_weight += s->densities[i].weight;
+    for (i = 0; i < s->density_count && s->density_weight > 0.95f; i++) s->densities[i].weight *= 0.95f / s->density_weight;
+    s->density_weight = pti_min(s->density_weight, 0.95f);
+}
+PT_DEF pt_result pt_scene_commit(pt_scene *s) {
+    pti_fpmode mode;
+    int fine;
+    if (!s) return PT_ERR_MEMORY;
+    if (s->error.code != PT_OK) return s->error.code;
+    if (s->committed) return PT_OK;
+    mode = pti_fpmode_enter();
+    pti_scene_link(s);
+    fine = pti_bvh_build(&s->geometry, &s->allocator) && pti_environment_build(&s->environment, &s->allocator)
+        && pti_collect_emitters(s, s, NULL) && pti_lights_build(&s->lights, &s->allocator);
+    pti_fpmode_leave(mode);
+    if (!fine) { pti_fail(&s->error, PT_ERR_MEMORY, "pt_scene_commit: out of memory"); return s->error.code; }
+    s->isa = pti_isa_best();
+    s->committed = 1;
+    return PT_OK;
+}
+
+static const pti_material *pti_material_at(const pt_scene *s, const pt_vertex *x) {
+    if (x->instance.id) s = s->geometry.shapes[x->instance.id - 1].as.instance.scene;
+    return s->materials + x->material.id;
+}
+
+static int pti_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x, int any) {
+    pti_ray r;
+    pti_hit hit;
+    pti_fpmode mode;
+    int found;
+    if (!s || !s->committed) return 0;
+    mode = pti_fpmode_enter();
+    pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, ray->time);
+    pti_hit_init(&hit, ray->tmax);
+    found = pti_trace_for(s->isa)(&s->geometry, &r, &hit, any);
+    if (found && x) pti_vertex_fill(&s->geometry, &r, &hit, x);
+    pti_fpmode_leave(mode);
+    return found;
+}
+PT_DEF int pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x) { return pti_intersect(s, ray, x, 0); }
+PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_intersect(s, ray, NULL, 1); }
+
+/* ---- >>mixture -----------------------------------------------------------------------------------------
+   The one density that a path's next direction is drawn from:
+       p(wi) = sum_i w_i p_i(wi),    sum_i w_i = 1,
+   over the BSDF, the lights, the environment and the user's densities. Whichever part draws wi, p is evaluated over all of
+   them, so f |cos| / p is the whole weight, and an emitter that the path then finds counts in full: no second estimator,
+   no shadow ray, no weight of multiple importance sampling. ("A Simplified Path Tracing Architecture"; as one sample of a
+   mixture it is Veach's balance heuristic, 1997, 9.2.4.) Delta lobes stand outside p: they are taken with a probability,
+   and p integrates to the rest. */
+
+typedef struct pti_mixture {
+    const pt_scene *scene;
+    const pt_vertex *x;
+    const pti_material *m;
+    float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities */
+} pti_mixture;
+
+/* The BSDF's share never falls below this, so that f / p is bounded by 20 f / p_bsdf. */
+#define PTI_LEAST_BSDF 0.05f
+
+static pti_mixture pti_mixture_at(const pt_scene *s, const pt_vertex *x, const pti_material *m, const pt_weights *w) {
+    pti_mixture mix;
+    float from_lights, from_sky, rest;
+    int automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
+    mix.scene = s; mix.x = x; mix.m = m;
+    mix.bsdf = 1; mix.lights = mix.environment = mix.users = 0;
+    if (pti_material_delta(m, x) >= 1) return mix;
+    from_lights = pti_lights_irradiance(&s->lights, x->p);
+    from_sky = s->environment.textured ? PTI_PI * s->environment.mean : 0.0f;
+    if (automatic) {                                     /* half for the BSDF, half for where the light is */
+        rest = from_lights + from_sky;
+        if (rest > 0) { mix.lights = 0.5f * from_lights / rest; mix.environment = 0.5f * from_sky / rest; }
+    } else {
+        float l = from_lights > 0 ? w->lights : 0.0f, e = from_sky > 0 ? w->environment : 0.0f, all = w->bsdf + l + e;
+        if (all > 0) { mix.lights = l / all; mix.environment = e / all; }
+    }
+    mix.users = s->density_weight;
+    mix.lights *= 1 - mix.users;
+    mix.environment *= 1 - mix.users;
+    mix.bsdf = 1 - mix.lights - mix.environment - mix.users;
+    if (mix.bsdf < PTI_LEAST_BSDF && automatic) {
+        rest = (1 - PTI_LEAST_BSDF) / (1 - mix.bsdf);
+        mix.lights *= rest; mix.environment *= rest; mix.users *= rest;
+        mix.bsdf = PTI_LEAST_BSDF;
+    }
+    return mix;
+}
+/* Of the smooth part. */
+static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi) {
+    const pt_scene *s = m->scene;
+    float p, scale = s->density_weight > 0 ? m->users / s->density_weight : 0.0f;
+    size_t i;
+    p = m->bsdf * m->m->vtable.pdf(m->m->user, m->x, wi);
+    if (m->lights > 0) p += m->lights * pti_lights_pdf(&s->lights, m->x->p, wi);
+    if (m->environment > 0) p += m->environment * pti_environment_pdf(&s->environment, wi);
+    for (i = 0; i < s->density_count; i++)
+        p += scale * s->densities[i].weight * s->densities[i].pdf(s->densities[i].user, m->x, wi);
+    return p;
+}
+static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const float u[2], pt_vec3 *wi) {
+    const pt_scene *s = m->scene;
+    float left = s->density_weight;
+    size_t i;
+    for (i = 0; i + 1 < s->density_count; i++) {
+        if (pti_split(choice, s->densities[i].weight / left)) break;
+        left -= s->densities[i].weight;
+    }
+    return s->densities[i].sample(s->densities[i].user, m->x, u, wi);
+}
+
+/* A next direction: weight = f |cos| / p. */
+typedef struct pti_step { pt_vec3 wi, weight; int delta; } pti_step;
+
+/* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
+   picks among lights. 0: the path ends here. */
+static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, uint32_t choice, pti_step *step) {
+    const pt_scene *s = m->scene;
+    const pti_material *bsdf = m->m;
+    float others = 1 - m->bsdf, uv[3], p;
+    pt_vec3 f;
+    pt_scatter scatter;
+    int drawn;
+    memset(&scatter, 0, sizeof scatter);
+    if (others <= 0 || pti_split(&u, m->bsdf)) {
+        uv[0] = pti_u01(u); uv[1] = pti_u01(v); uv[2] = pti_u01(choice);
+        drawn = bsdf->vtable.sample(bsdf->user, m->x, uv, &scatter);
+        step->wi = scatter.wi;
+    } else if (m->lights > 0 && pti_split(&u, m->lights / others)) {
+        drawn = pti_lights_sample(&s->lights, m->x->p, choice, pti_u01(u), pti_u01(v), &step->wi);
+    } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
+        drawn = m->environment > 0 && pti_environment_sample(&s->environment, pti_u01(u), pti_u01(v), &step->wi);
+    } else {
+        uv[0] = pti_u01(u); uv[1] = pti_u01(v);
+        drawn = pti_mixture_sample_user(m, &choice, uv, &step->wi);
+    }
+    if (!drawn) return 0;
+    step->delta = scatter.delta;
+    if (scatter.delta) {
+        step->weight = pti_scale(scatter.f, 1 / (m->bsdf * scatter.pdf));
+        return scatter.pdf > 0;
+    }
+    f = bsdf->vtable.eval(bsdf->user, m->x, step->wi);
+    if (pti_is_zero3(f)) return 0;
+    p = pti_mixture_pdf(m, step->wi);
+    if (!(p > 0)) return 0;
+    step->weight = pti_scale(f, 1 / p);
+    return 1;
+}
+
+/* ---- >>path --------------------------------------------------------------------------------------------
+   The estimator, one ray a vertex:
+       L += beta Le;   wi ~ p;   beta *= f |cos| / p
+   Dimensions: group 0 is the pixel's, group 1 + k that of vertex k. */
+
+typedef struct pti_tracer {                              /* what all paths of a render share */
+    const pt_scene *scene;
+    pti_trace_function *trace;
+    pt_weights weights;
+    int max_depth;
+} pti_tracer;
+
+/* Roulette looks at what a path can still bring, its potential: the throughput without the weights of deltas, since behind
+   tinted glass all paths are dim and none is worth less for it. It plays after the emission at a vertex has been added, not
+   before the ray there is traced: a path that aims at a lamp has a small f / p just because the lamp is bright. */
+#define PTI_ROULETTE_LEAST 0.05f
+static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
+    float q = pti_max(pti_largest(*potential), PTI_ROULETTE_LEAST);
+    if (q >= 1) return 1;
+    if (!pti_split(&u, q)) return 0;
+    *beta = pti_scale(*beta, 1 / q);
+    *potential = pti_scale(*potential, 1 / q);
+    return 1;
+}
+static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, pt_vec3 org, pt_vec3 dir, uint64_t *rays) {
+    const pt_scene *s = t->scene;
+    pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta;
+    int depth, dim;
+    for (depth = 0; ; depth++) {
+        pti_ray ray;
+        pti_hit hit;
+        pt_vertex x;
+        const pti_material *m;
+        pti_mixture mix;
+        pti_step step;
+        uint32_t u[2], choice[2] = { 0, 0 };
+        pti_ray_prepare(&ray, org, dir, 0, 0);
+        pti_hit_init(&hit, 0);
+        ++*rays;
+        if (!t->trace(&s->geometry, &ray, &hit, 0)) 
+            return pti_add(L, pti_mul(beta, pti_environment_radiance(&s->environment, dir)));
+        pti_vertex_fill(&s->geometry, &ray, &hit, &x);
+        m = pti_material_at(s, &x);
+        if (m->emits) L = pti_add(L, pti_mul(beta, pti_material_emission(m, &x)));
+        if (depth == t->max_depth) return L;
+        pti_draw2(sampler, 1 + (uint32_t)depth, 0, u);
+        dim = pti_largest(potential) < 1;
+        if (dim || s->lights.count > 1 || s->density_count || m->desc.bsdf == PT_BSDF_USER)
+            pti_draw2(sampler, 1 + (uint32_t)depth, 1, choice);
+        if (dim && !pti_roulette(&beta, &potential, choice[1])) return L;
+        mix = pti_mixture_at(s, &x, m, &t->weights);
+        if (!pti_mixture_sample(&mix, u[0], u[1], choice[0], &step)) return L;
+        beta = pti_mul(beta, step.weight);
+        if (!step.delta) potential = pti_mul(potential, step.weight);
+        org = pti_spawn(&x, step.wi);
+        dir = step.wi;
+    }
+}
+
+/* ---- >>camera ------------------------------------------------------------------------------------------
+   Pinhole, or a thin lens: rays from all over a disk that meet in the plane of focus. Blur of a point at distance z:
+       diameter on the plane of focus = 2 aperture |z - focus| / z. */
+
+typedef struct pti_lens {
+    pt_vec3 eye, right, up, forward;
+    float half_width, half_height, aperture, focus;
+} pti_lens;
+
+static pti_lens pti_lens_make(const pt_camera *c, int width, int height) {
+    pti_lens l;
+    pt_vec3 up = pti_is_zero3(c->up) ? pt_v3(0, 1, 0) : pti_normalize(c->up), view = pti_sub(c->target, c->eye);
+    float sine, cosine, angle = (c->vfov_deg > 0 ? c->vfov_deg : 40.0f) * (PTI_PI / 360);
+    l.eye = c->eye;
+    l.forward = pti_is_zero3(view) ? pt_v3(0, 0, -1) : pti_normalize(view);
+    l.right = pti_normalize(pti_cross(l.forward, up));
+    if (pti_largest_abs(pti_cross(l.forward, up)) < 1e-6f) pti_basis(l.forward, &l.right, &up);      /* straight up or down */
+    l.up = pti_cross(l.right, l.forward);
+    pti_sincos(angle, &sine, &cosine);
+    l.half_height = sine / cosine;
+    l.half_width = l.half_height * (float)width / (float)height;
+    l.aperture = c->aperture;
+    l.focus = c->focus > 0 ? c->focus : pti_max(pti_length(view), 1e-30f);
+    return l;
+}
+/* x and y in [0,1] across the picture, y downwards; u and v choose a point of the lens. */
+static void pti_lens_ray(const pti_lens *l, float x, float y, float u, float v, pt_vec3 *org, pt_vec3 *dir) {
+    pt_vec3 d = pti_madd(l->right, (2 * x - 1) * l->half_width, pti_madd(l->up, (1 - 2 * y) * l->half_height, l->forward));
+    *org = l->eye;
+    if (l->aperture > 0) {
+        float lx, ly;
+        pt_vec3 shift;
+        pti_sample_disk(u, v, &lx, &ly);
+        shift = pti_scale(pti_madd(l->right, lx, pti_scale(l->up, ly)), l->aperture);
+        *org = pti_add(*org, shift);
+        d = pti_madd(shift, -1 / l->focus, d);           /* both rays pass eye + focus d */
+    }
+    *dir = pti_normalize(d);
+}
+
+/* ---- >>film --------------------------------------------------------------------------------------------
+   Sums that are exact: each sample is cut to a multiple of 2^-64 and added as a 128-bit integer. So they never drift, not at
+   a million samples a pixel, and do not depend on the order: ranges of samples merged equal the whole, bit for bit. */
+
+typedef struct pti_sum { uint64_t hi, lo; } pti_sum;     /* two's complement, hi + lo 2^-64 */
+typedef struct pti_pixel { pti_sum rgb[3]; uint32_t count; } pti_pixel;
+
+#define PTI_MAX_RADIANCE 1e12f
+
+static void pti_sum_add(pti_sum *a, pti_sum b) {
+    a->lo += b.lo;
+    a->hi += b.hi + (a->lo < b.lo);
+}
+static pti_sum pti_sum_of(float x) {                     /* 0 <= x <= PTI_MAX_RADIANCE */
+    pti_sum s = { 0, 0 };
+    uint32_t bits;
+    uint64_t mantissa;
+    int shift;                                           /* x = mantissa 2^(shift - 64) */
+    memcpy(&bits, &x, sizeof bits);
+    mantissa = (bits & 0x7fffffu) | 0x800000u;
+    shift = (int)(bits >> 23) - 150 + 64;
+    if (bits >> 23 == 0 || shift <= -24) return s;
+    if (shift < 0) s.lo = mantissa >> -shift;
+    else if (shift < 64) { s.lo = mantissa << shift; s.hi = shift ? mantissa >> (64 - shift) : 0; }
+    else s.hi = mantissa << (shift - 64);
+    return s;
+}
+static float pti_sum_mean(pti_sum s, uint32_t count) {
+    return count ? (float)(((double)s.hi + (double)s.lo * (1.0 / 18446744073709551616.0)) / (double)count) : 0.0f;
+}
+/* 0 if the sample was unfit and counts as black. */
+static int pti_pixel_add(pti_pixel *p, pt_vec3 c) {
+    int fine = c.x >= 0 && c.y >= 0 && c.z >= 0 && pti_largest(c) <= PTI_MAX_RADIANCE;           /* false for NaN */
+    p->count++;
+    if (!fine) return 0;
+    pti_sum_add(&p->rgb[0], pti_sum_of(c.x));
+    pti_sum_add(&p->rgb[1], pti_sum_of(c.y));
+    pti_sum_add(&p->rgb[2], pti_sum_of(c.z));
+    return 1;
+}
+
+/* ---- >>render ------------------------------------------------------------------------------------------
+   A bag of tiles that any thread may take from. A tile's work is to bring each of its pixels to the wanted number of samples,
+   counting from where it stands; so a cancelled render can go on, and more samples are just a higher aim. One lock guards
+   the bag, the counters and who is in which tile; pixels belong to whoever is in their tile. */
+
+struct pt_render {
+    const pt_scene *scene;
+    pt_allocator allocator;
+    pti_error error;
+    pt_render_desc desc;
+    pti_tracer tracer;
+    pti_lens lens;
+    uint32_t seed, strata_x, strata_y;
+    uint32_t aim;                                        /* samples a pixel */
+    int tiles_x, tiles_y, tile_count, next_tile, tiles_done, cancelled;
+    int has_lock, has_progress_lock;
+    pti_mutex lock, progress_lock;                       /* the second is taken first */
+    pti_pixel *film;
+    float *pixels;
+    unsigned char *busy;                                 /* a tile: somebody is in it */
+    pti_thread *threads;
+    int thread_count;
+    pt_stats stats;
+};
+
+PT_DEF void pt_render_destroy(pt_render *r) {
+    pt_allocator a;
+    size_t n;
+    if (!r) return;
+    a = r->allocator;
+    n = (size_t)r->desc.width * (size_t)r->desc.height;
+    if (r->has_lock) pti_mutex_free(&r->lock);
+    if (r->has_progress_lock) pti_mutex_free(&r->progress_lock);
+    pti_free(&a, r->film, n, sizeof *r->film);
+    pti_free(&a, r->pixels, n, 3 * sizeof *r->pixels);
+    pti_free(&a, r->busy, (size_t)r->tile_count, 1);
+    pti_free(&a, r->threads, (size_t)r->thread_count, sizeof *r->threads);
+    pti_free(&a, r, 1, sizeof *r);
+}
+PT_DEF const char *pt_render_error(const pt_render *r) { return r ? r->error.text : "out of memory for the render"; }
+
+static int pti_check_range(pt_render *r, int value, int lo, int hi, const char *what) {
+    if (value >= lo && value <= hi) return 1;
+    pti_fail(&r->error, PT_ERR_ARG, "pt_render_create: %s is %d, it must be %d to %d", what, value, lo, hi);
+    return 0;
+}
+static int pti_check_float(pt_render *r, int fine, float value, const char *what) {
+    if (!fine) pti_fail(&r->error, PT_ERR_ARG, "pt_render_create: %s (it is %g)", what, (double)value);
+    return fine;
+}
+static int pti_check_camera(pt_render *r, const pt_camera *c) {
+    return pti_check_float(r, pti_in_range3(c->eye), c->eye.x, "camera.eye must be finite and below 1e12")
+        && pti_check_float(r, pti_in_range3(c->target), c->target.x, "camera.target must be finite and below 1e12")
+        && pti_check_float(r, pti_in_range3(c->up), c->up.x, "camera.up must be finite and below 1e12")
+        && pti_check_float(r, c->vfov_deg >= 0 && c->vfov_deg < 180, c->vfov_deg, "camera.vfov_deg must be below 180, or 0 for 40")
+        && pti_check_float(r, c->aperture >= 0 && pti_in_range(c->aperture), c->aperture, "camera.aperture must be finite and >= 0")
+        && pti_check_float(r, c->focus >= 0 && pti_in_range(c->focus), c->focus, "camera.focus must be finite and > 0, or 0 for the target");
+}
+static int pti_check_isa(pt_render *r, const char *name, int *isa) {
+    *isa = name ? pti_isa_by_name(name) : pti_isa_best();
+    if (*isa >= 0 && pti_isa_supported(*isa)) return 1;
+    pti_fail(&r->error, PT_ERR_ARG, "pt_render_create: isa \"%s\" is %s", name, *isa < 0 ? "none of scalar, sse2, avx2, neon"
+             : "not there on this machine, or not compiled in");
+    return 0;
+}
+static int pti_check_render(pt_render *r, int *isa) {
+    const pt_render_desc *d = &r->desc;
+    const pt_weights *w = &d->weights;
+    return pti_check_range(r, d->width, 1, 65536, "width") && pti_check_range(r, d->height, 1, 65536, "height")
+        && pti_check_range(r, d->spp, 1, 0x7fffffff, "spp") && pti_check_range(r, d->max_depth, 1, 0x7ffffff, "max_depth")
+        && pti_check_range(r, d->tile, 1, 65536, "tile") && pti_check_range(r, d->threads, 1, 4096, "threads")
+        && pti_check_range(r, d->first_sample, 0, 0x7fffffff - d->spp, "first_sample")
+        && pti_check_range(r, (int)d->sampler, PT_SAMPLER_SOBOL, PT_SAMPLER_RANDOM, "sampler")
+        && pti_check_camera(r, &d->camera) && pti_check_isa(r, d->isa, isa)
+        && pti_check_float(r, w->bsdf >= 0 && w->bsdf <= 1e6f, w->bsdf, "weights.bsdf must be finite and >= 0")
+        && pti_check_float(r, w->lights >= 0 && w->lights <= 1e6f, w->lights, "weights.lights must be finite and >= 0")
+        && pti_check_float(r, w->environment >= 0 && w->environment <= 1e6f, w->environment,
+                           "weights.environment must be finite and >= 0");
+}
+static int pti_render_allocate(pt_render *r) {
+    size_t n = (size_t)r->desc.width * (size_t)r->desc.height;
+    const pt_allocator *a = &r->allocator;
+    r->tiles_x = (r->desc.width + r->desc.tile - 1) / r->desc.tile;
+    r->tiles_y = (r->desc.height + r->desc.tile - 1) / r->desc.tile;
+    if (r->tiles_x > 0x7fffffff / r->tiles_y) return 0;
+    r->tile_count = r->tiles_x * r->tiles_y;
+    r->thread_count = r->desc.threads < r->tile_count ? r->desc.threads : r->tile_count;
+    r->film = (pti_pixel *)pti_alloc(a, n, sizeof *r->film);
+    r->pixels = (float *)pti_alloc(a, n, 3 * sizeof *r->pixels);
+    r->busy = (unsigned char *)pti_alloc(a, (size_t)r->tile_count, 1);
+    r->threads = (pti_thread *)pti_alloc(a, (size_t)r->thread_count, sizeof *r->threads);
+    r->has_lock = pti_mutex_init(&r->lock);
+    r->has_progress_lock = pti_mutex_init(&r->progress_lock);
+    return r->film && r->pixels && r->busy && r->threads && r->has_lock && r->has_progress_lock;
+}
+/* Cells of the stratified sampler: as square as can be, and at least spp of them. */
+static void pti_render_strata(pt_render *r) {
+    uint32_t spp = (uint32_t)r->desc.spp;
+    r->strata_x = (uint32_t)sqrt((double)spp);
+    r->strata_y = (spp + r->strata_x - 1) / r->strata_x;
+}
+PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
+    pt_allocator a = { NULL, NULL, NULL };
+    pt_render *r;
+    int isa;
+    if (s) a = s->allocator;
+    a = pti_allocator_or_default(a);
+    r = (pt_render *)pti_alloc(&a, 1, sizeof *r);
+    if (!r) return NULL;
+    r->allocator = a;
+    if (s) r->error.logger = s->error.logger;
+    if (!s || !d) { pti_fail(&r->error, PT_ERR_ARG, "pt_render_create: the %s is NULL", s ? "description" : "scene"); return r; }
+    if (!s->committed) {
+        pti_fail(&r->error, PT_ERR_STATE, "pt_render_create: the scene is not committed%s%s", *s->error.text ? ": " : "", s->error.text);
+        return r;
+    }
+    r->scene = s;
+    r->desc = *d;
+    if (!d->spp) r->desc.spp = 64;
+    if (!d->max_depth) r->desc.max_depth = 64;
+    if (!d->tile) r->desc.tile = 32;
+    if (!d->threads) r->desc.threads = pti_cores();
+    if (!pti_check_render(r, &isa)) { r->desc.width = r->desc.height = 0; return r; }
+    if (!pti_render_allocate(r)) { pt_render_destroy(r); return NULL; }
+    pti_render_strata(r);
+    r->aim = (uint32_t)r->desc.spp;
+    r->seed = pti_hash2((uint32_t)d->seed, (uint32_t)(d->seed >> 32));
+    r->lens = pti_lens_make(&d->camera, d->width, d->height);
+    r->tracer.scene = s;
+    r->tracer.trace = pti_trace_for(isa);
+    r->tracer.weights = d->weights;
+    r->tracer.max_depth = r->desc.max_depth;
+    return r;
+}
+
+static void pti_render_pixel(pt_render *r, int x, int y, pt_stats *stats) {
+    pti_pixel *p = r->film + (size_t)y * (size_t)r->desc.width + (size_t)x;
+    pti_sampler sampler;
+    sampler.kind = r->desc.sampler;
+    sampler.pixel_seed = pti_hash2((uint32_t)x, pti_hash2((uint32_t)y, r->seed));
+    sampler.strata_x = r->strata_x;
+    sampler.strata_y = r->strata_y;
+    while (p->count < r->aim) {
+        uint32_t u[2], v[2] = { 0, 0 };
+        pt_vec3 org, dir;
+        sampler.index = (uint32_t)r->desc.first_sample + p->count;
+        pti_draw2(&sampler, 0, 0, u);
+        if (r->lens.aperture > 0) pti_draw2(&sampler, 0, 1, v);
+        pti_lens_ray(&r->lens, ((float)x + pti_u01(u[0])) / (float)r->desc.width, ((float)y + pti_u01(u[1])) / (float)r->desc.height,
+                     pti_u01(v[0]), pti_u01(v[1]), &org, &dir);
+        stats->paths++;
+        if (!pti_pixel_add(p, pti_path_radiance(&r->tracer, &sampler, org, dir, &stats->rays))) stats->discarded++;
+    }
+}
+static void pti_tile_rect(const pt_render *r, int tile, int *x0, int *y0, int *x1, int *y1) {
+    *x0 = tile % r->tiles_x * r->desc.tile;
+    *y0 = tile / r->tiles_x * r->desc.tile;
+    *x1 = r->desc.width - *x0 < r->desc.tile ? r->desc.width : *x0 + r->desc.tile;
+    *y1 = r->desc.height - *y0 < r->desc.tile ? r->desc.height : *y0 + r->desc.tile;
+}
+static int pti_is_cancelled(pt_render *r) {
+    int c;
+    pti_lock(&r->lock);
+    c = r->cancelled;
+    pti_unlock(&r->lock);
+    return c;
+}
+/* 0 if it was cancelled on the way, which is looked for at every row. */
+static int pti_render_tile(pt_render *r, int tile, pt_stats *stats) {
+    int x0, y0, x1, y1, x, y;
+    pti_fpmode mode = pti_fpmode_enter();
+    pti_tile_rect(r, tile, &x0, &y0, &x1, &y1);
+    for (y = y0; y < y1 && !pti_is_cancelled(r); y++)
+        for (x = x0; x < x1; x++) pti_render_pixel(r, x, y, stats);
+    pti_fpmode_leave(mode);
+    return y == y1;
+}
+static void pti_report_progress(pt_render *r) {
+    double done;
+    if (!r->desc.progress) return;
+    pti_lock(&r->progress_lock);
+    pti_lock(&r->lock);
+    done = (double)r->tiles_done / (double)r->tile_count;
+    pti_unlock(&r->lock);
+    if (r->desc.progress(r->desc.user, done)) pt_render_cancel(r);
+    pti_unlock(&r->progress_lock);
+}
+PT_DEF void pt_render_cancel(pt_render *r) {
+    if (!r || !r->has_lock) return;
+    pti_lock(&r->lock);
+    r->cancelled = 1;
+    pti_unlock(&r->lock);
+}
+PT_DEF pt_result pt_render_work(pt_render *r) {
+    pt_stats stats = { 0, 0, 0, 0 };
+    int tile = -1, finished;
+    if (!r) return PT_ERR_MEMORY;
+    if (r->error.code != PT_OK) return r->error.code;
+    pti_lock(&r->lock);
+    if (!r->cancelled && r->next_tile < r->tile_count) {
+        tile = r->next_tile++;
+        r->busy[tile] = 1;
+    }
+    finished = !r->cancelled;
+    pti_unlock(&r->lock);
+    if (tile < 0) return finished ? PT_OK : PT_CANCELLED;
+    finished = pti_render_tile(r, tile, &stats);
+    pti_lock(&r->lock);
+    r->busy[tile] = 0;
+    r->tiles_done += finished;
+    r->stats.rays += stats.rays;
+    r->stats.paths += stats.paths;
+    r->stats.discarded += stats.discarded;
+    pti_unlock(&r->lock);
+    if (!finished) return PT_CANCELLED;
+    pti_report_progress(r);
+    return PT_MORE;
+}
+static void *pti_render_thread(void *arg) {
+    pt_render *r = (pt_render *)arg;
+    while (pt_render_work(r) == PT_MORE) {}
+    return NULL;
+}
+PT_DEF pt_result pt_render_run(pt_render *r) {           /* a thread that can not be had is done without */
+    double start = pti_seconds();
+    int started = 0, i;
+    if (!r) return PT_ERR_MEMORY;
+    if (r->error.code != PT_OK) return r->error.code;
+    while (started < r->thread_count - 1 && pti_thread_start(&r->threads[started], pti_render_thread, r)) started++;
+    pti_render_thread(r);
+    for (i = 0; i < started; i++) pti_thread_join(r->threads[i]);
+    pti_lock(&r->lock);
+    r->stats.seconds += pti_seconds() - start;
+    i = r->cancelled;
+    pti_unlock(&r->lock);
+    return i ? PT_CANCELLED : PT_OK;
+}
+PT_DEF pt_result pt_render_add_samples(pt_render *r, int spp) {
+    pt_result result = PT_OK;
+    if (!r) return PT_ERR_MEMORY;
+    if (r->error.code != PT_OK) return r->error.code;
+    pti_lock(&r->lock);
+    if (spp < 0 || (int64_t)r->aim + spp + r->desc.first_sample > 0x7fffffff) result = PT_ERR_ARG;
+    else if (!r->cancelled && r->tiles_done < r->tile_count) result = PT_ERR_STATE;
+    else {
+        r->aim += (uint32_t)spp;
+        r->next_tile = r->tiles_done = r->cancelled = 0;
+    }
+    pti_unlock(&r->lock);
+    return result;
+}
+PT_DEF pt_result pt_render_merge(pt_render *into, const pt_render *from) {
+    size_t i, n;
+    int k;
+    if (!into || !from) return PT_ERR_MEMORY;
+    if (into->error.code != PT_OK) return into->error.code;
+    if (from->error.code != PT_OK) return from->error.code;
+    if (into == from || into->desc.width != from->desc.width || into->desc.height != from->desc.height) return PT_ERR_ARG;
+    n = (size_t)into->desc.width * (size_t)into->desc.height;
+    for (i = 0; i < n; i++) {
+        for (k = 0; k < 3; k++) pti_sum_add(&into->film[i].rgb[k], from->film[i].rgb[k]);
+        into->film[i].count += from->film[i].count;
+    }
+    into->aim += from->aim;
+    into->stats.rays += from->stats.rays;
+    into->stats.paths += from->stats.paths;
+    into->stats.discarded += from->stats.discarded;
+    into->stats.seconds += from->stats.seconds;
+    return PT_OK;
+}
+static void pti_resolve_tile(pt_render *r, int tile) {
+    int x0, y0, x1, y1, x, y, k;
+    pti_tile_rect(r, tile, &x0, &y0, &x1, &y1);
+    for (y = y0; y < y1; y++)
+        for (x = x0; x < x1; x++) {
+            size_t i = (size_t)y * (size_t)r->desc.width + (size_t)x;
+            for (k = 0; k < 3; k++) r->pixels[3 * i + (size_t)k] = pti_sum_mean(r->film[i].rgb[k], r->film[i].count);
+        }
+}
+PT_DEF const float *pt_render_pixels(pt_render *r) {     /* a tile that somebody is in keeps what it showed last */
+    int tile;
+    if (!r || r->error.code != PT_OK) return NULL;
+    for (tile = 0; tile < r->tile_count; tile++) {
+        pti_lock(&r->lock);
+        if (!r->busy[tile]) pti_resolve_tile(r, tile);
+        pti_unlock(&r->lock);
+    }
+    return r->pixels;
+}
+PT_DEF pt_stats pt_render_stats(pt_render *r) {
+    pt_stats stats = { 0, 0, 0, 0 };
+    if (!r || !r->has_lock) return stats;
+    pti_lock(&r->lock);
+    stats = r->stats;
+    pti_unlock(&r->lock);
+    return stats;
+}
+
+/* ---- >>image -------------------------------------------------------------------------------------------
+   Pictures to and from files, as linear RGB.
+     PPM   8 bits a channel, sRGB (IEC 61966-2-1): V = 12.92 L up to 0.0031308, above it 1.055 L^(1/2.4) - 0.055
+     PFM   the floats themselves (Debevec; netpbm's pfm(5)), bottom row first, in the byte order that the sign of its
+           scale tells
+     HDR   Radiance RGBE (Ward, "Real Pixels", Graphics Gems II, 1991): three mantissas share an exponent, value =
+           m 2^(e - 136). Scanlines are flat, or in the old run-length code (the pixel 1 1 1 n repeats the one before),
+           or in the new one (the four bytes of all pixels one after the other, each in runs and literals)
+   A reader trusts nothing that the file says: what cannot be there is refused before memory is asked for. */
+
+/* What a reader reads, and where it says what is wrong. */
+typedef struct pti_input {
+    const uint8_t *start, *at, *end;
+    const char *name;
+    uint64_t line;                                       /* from 1; 0 = in a binary part, where the byte is told instead */
+    char *error;                                         /* 256 characters of the caller's struct */
+} pti_input;
+
+/* Of a long path, the end: the reason must fit too. */
+static const char *pti_short_name(const char *path) {
+    size_t n = strlen(path);
+    return n > 100 ? path + (n - 100) : path;
+}
+static pt_result pti_report(char *error, pt_result code, const char *name, const char *reason) {
+    pti_text t;
+    t.at = error; t.left = 256;
+    pti_put(&t, pti_short_name(name));
+    pti_put(&t, ": ");
+    pti_put(&t, reason);
+    return code;
+}
+/* "file:line: reason". Returns 0, for the caller to hand on. */
+static int pti_refuse(const pti_input *in, const char *format, ...) {
+    char reason[160];
+    pti_text t;
+    va_list args;
+    va_start(args, format);
+    pti_vformat(reason, sizeof reason, format, args);
+    va_end(args);
+    t.at = in->error; t.left = 256;
+    pti_put(&t, in->name);
+    pti_put(&t, in->line ? ":" : ":byte ");
+    pti_put_uint(&t, in->line ? in->line : (uint64_t)(in->at - in->start));
+    pti_put(&t, ": ");
+    pti_put(&t, reason);
+    return 0;
+}
+static pti_input pti_input_of(const char *name, const void *data, size_t size, char *error) {
+    static const uint8_t nothing[1] = { 0 };
+    pti_input in;
+    in.start = in.at = data ? (const uint8_t *)data : nothing;
+    in.end = in.start + (data ? size : 0);
+    in.name = pti_short_name(name);
+    in.line = 1;
+    in.error = error;
+    return in;
+}
+static size_t pti_input_left(const pti_input *in) { return (size_t)(in->end - in->at); }
+/* The next character, or 0 behind the last. */
+static int pti_peek(const pti_input *in) { return in->at < in->end ? *in->at : 0; }
+static int pti_is_digit(int c) { return c >= '0' && c <= '9'; }
+
+#ifndef PT_NO_STDIO
+/* A whole file, in chunks that double: a pipe does not know its size beforehand. */
+typedef struct pti_file { uint8_t *data; size_t size, capacity; } pti_file;
+static void pti_file_free(const pt_allocator *a, pti_file *f) { pti_free(a, f->data, f->capacity, 1); }
+static int pti_file_grow(const pt_allocator *a, pti_file *f) {
+    size_t more = f->capacity ? f->capacity * 2 : 65536;
+    uint8_t *p = more > f->capacity ? (uint8_t *)pti_alloc(a, more, 1) : NULL;
+    if (!p) return 0;
+    if (f->size) memcpy(p, f->data, f->size);
+    pti_file_free(a, f);
+    f->data = p;
+    f->capacity = more;
+    return 1;
+}
+static pt_result pti_file_read(const pt_allocator *a, const char *path, char *error, pti_file *f) {
+    FILE *in = fopen(path, "rb");
+    size_t n = 1;
+    int failed = 0, memory = 1;
+    f->data = NULL;
+    f->size = f->capacity = 0;
+    if (!in) return pti_report(error, PT_ERR_IO, path, "cannot open");
+    while (n) {
+        if (f->size == f->capacity) memory = pti_file_grow(a, f);
+        if (!memory) break;
+        n = fread(f->data + f->size, 1, f->capacity - f->size, in);
+        f->size += n;
+    }
+    failed = ferror(in);                                 /* a directory opens, but does not read */
+    fclose(in);
+    if (memory && !failed) return PT_OK;
+    pti_file_free(a, f);
+    f->data = NULL;
+    if (!memory) return pti_report(error, PT_ERR_MEMORY, path, "out of memory");
+    return pti_report(error, PT_ERR_IO, path, "cannot read");
+}
+#endif
+
+/* Numbers as text: digits go into an integer, which is exact up to 19 of them, then a power of ten puts the point where
+   it belongs. Up to 15 digits and powers up to 22 that is the nearest double. */
+static double pti_scale10(double x, int64_t e) {
+    static const double power[23] = { 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+        1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22 };
+    if (e > 400 || e < -400) e = e > 0 ? 400 : -400;     /* all doubles are within */
+    for (; e > 22; e -= 22) x *= 1e22;
+    for (; e < -22; e += 22) x /= 1e22;
+    return e < 0 ? x / power[-e] : x * power[e];
+}
+/* The exponent at p ("e-3"), added to *e. Without digits it is no exponent, and p stays. */
+static const uint8_t *pti_parse_exponent(const uint8_t *p, const uint8_t *end, int64_t *e) {
+    const uint8_t *q = p + 1;
+    int64_t n = 0;
+    int negative = 0;
+    if (q < end && (*q == '-' || *q == '+')) negative = *q++ == '-';
+    if (q == end || !pti_is_digit(*q)) return p;
+    for (; q < end && pti_is_digit(*q); q++) if (n < 100000000) n = n * 10 + (*q - '0');
+    *e += negative ? -n : n;
+    return q;
+}
+static int pti_parse_number(pti_input *in, double *out) {    /* 0, and nothing is read: no number */
+    const uint8_t *p = in->at, *end = in->end, *first, *point;
+    const uint64_t most = 1000000000000000000u;          /* another digit still fits */
+    uint64_t m = 0;
+    int64_t e = 0;
+    int negative = 0;
+    if (p < end && (*p == '-' || *p == '+')) negative = *p++ == '-';
+    for (first = p; p < end && pti_is_digit(*p); p++) {
+        if (m < most) m = m * 10 + (uint64_t)(*p - '0');
+        else e++;
+    }
+    point = p;
+    if (p < end && *p == '.') {
+        for (p++; p < end && pti_is_digit(*p); p++) if (m < most) { m = m * 10 + (uint64_t)(*p - '0'); e--; }
+        if (p == point + 1 && point == first) return 0;  /* a point alone */
+    } else if (p == first) return 0;
+    if (p < end && (*p == 'e' || *p == 'E')) p = pti_parse_exponent(p, end, &e);
+    *out = pti_scale10((double)m, e);
+    if (negative) *out = -*out;
+    in->at = p;
+    return 1;
+}
+
+/* 2^e, -1022 <= e <= 1023. */
+static double pti_power_of_2(int e) {
+    uint64_t bits = (uint64_t)(1023 + e) << 52;
+    double x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+/* Writing goes through a small buffer on the stack, so that writers need no memory of their own. */
+typedef struct pti_output {
+    const pt_writer *to;
+    size_t used;
+    int failed;
+    uint8_t bytes[4096];
+} pti_output;
+static void pti_output_flush(pti_output *o) {
+    if (o->used && !o->failed) o->failed = o->to->write(o->to->user, o->bytes, o->used) != 0;
+    o->used = 0;
+}
+static void pti_output_byte(pti_output *o, unsigned b) {
+    if (o->used == sizeof o->bytes) pti_output_flush(o);
+    o->bytes[o->used++] = (uint8_t)b;
+}
+static void pti_output_text(pti_output *o, const char *s) { while (*s) pti_output_byte(o, (unsigned char)*s++); }
+static void pti_output_size(pti_output *o, const char *before, int n) {
+    char digits[24];
+    pti_text t;
+    t.at = digits; t.left = sizeof digits;
+    pti_put_uint(&t, (uint64_t)n);
+    pti_output_text(o, before);
+    pti_output_text(o, digits);
+}
+static int pti_output_begin(pti_output *o, const pt_writer *to, const float *rgb, int width, int height) {
+    o->to = to;
+    o->used = 0;
+    o->failed = 0;
+    return to && to->write && rgb && width > 0 && height > 0;
+}
+static pt_result pti_output_end(pti_output *o) {
+    pti_output_flush(o);
+    return o->failed ? PT_ERR_IO : PT_OK;
+}
+static const float *pti_row(const float *rgb, int width, int y) { return rgb + (size_t)y * (size_t)width * 3; }
+
+/* sRGB bytes, rounded exactly: edge[k] is the least linear float whose byte is k, that is, whose V is at least
+   (k - 1/2) / 255. A byte is found by steps up from the one that its 32nd of an octave begins with: none or one mostly. */
+#define PTI_SRGB_OCTAVES 13                              /* below 2^-13 all is 0 */
+typedef struct pti_srgb {
+    float edge[256];
+    uint8_t first[PTI_SRGB_OCTAVES * 32];
+} pti_srgb;
+/* V to L, in double: x^2.4 = x^2 (x^2)^(1/5), the root by Newton's method, which falls towards it from 1. */
+static double pti_srgb_to_linear(double v) {
+    double a, r = 1;
+    int i;
+    if (v <= 0.04045) return v / 12.92;
+    a = (v + 0.055) / 1.055;
+    a *= a;
+    for (i = 0; i < 16; i++) r -= (r - a / (r * r * r * r)) / 5;
+    return a * r;
+}
+static void pti_srgb_init(pti_srgb *s) {
+    uint32_t bits, k, i;
+    float f;
+    s->edge[0] = 0;
+    for (k = 1; k < 256; k++) {
+        double least = pti_srgb_to_linear(((double)k - 0.5) / 255);
+        f = (float)least;
+        memcpy(&bits, &f, sizeof f);
+        if ((double)f < least) bits++;                   /* rounded down: the next float is the first inside */
+        memcpy(&s->edge[k], &bits, sizeof bits);
+    }
+    for (i = k = 0; i < PTI_SRGB_OCTAVES * 32; i++) {
+        bits = (((127 - PTI_SRGB_OCTAVES) << 5) + i) << 18;
+        memcpy(&f, &bits, sizeof f);
+        while (k < 255 && f >= s->edge[k + 1]) k++;
+        s->first[i] = (uint8_t)k;
+    }
+}
+static unsigned pti_srgb_byte(const pti_srgb *s, float x) {
+    uint32_t bits;
+    unsigned k;
+    if (!(x >= s->edge[1])) return 0;                    /* NaN too */
+    if (x >= s->edge[255]) return 255;
+    memcpy(&bits, &x, sizeof bits);
+    k = s->first[(bits >> 18) - ((127 - PTI_SRGB_OCTAVES) << 5)];
+    while (x >= s->edge[k + 1]) k++;
+    return k;
+}
+
+PT_DEF pt_result pt_write_ppm_to(const pt_writer *w, const float *rgb, int width, int height, float exposure_stops) {
+    pti_output o;
+    pti_srgb srgb;
+    pti_fpmode mode;
+    float scale;
+    size_t i;
+    int y;
+    if (!pti_output_begin(&o, w, rgb, width, height) || !pti_finite(exposure_stops)) return PT_ERR_ARG;
+    mode = pti_fpmode_enter();
+    pti_srgb_init(&srgb);
+    scale = pti_pow(2, exposure_stops);
+    pti_output_size(&o, "P6\n", width);
+    pti_output_size(&o, " ", height);
+    pti_output_text(&o, "\n255\n");
+    for (y = 0; y < height && !o.failed; y++) {
+        const float *row = pti_row(rgb, width, y);
+        for (i = 0; i < (size_t)width * 3; i++) pti_output_byte(&o, pti_srgb_byte(&srgb, row[i] * scale));
+    }
+    pti_fpmode_leave(mode);
+    return pti_output_end(&o);
+}
+
+PT_DEF pt_result pt_write_pfm_to(const pt_writer *w, const float *rgb, int width, int height) {
+    pti_output o;
+    uint32_t bits;
+    size_t i;
+    int y;
+    if (!pti_output_begin(&o, w, rgb, width, height)) return PT_ERR_ARG;
+    pti_output_size(&o, "PF\n", width);
+    pti_output_size(&o, " ", height);
+    pti_output_text(&o, "\n-1.0\n");                     /* minus: little-endian, whatever this machine is */
+    for (y = height - 1; y >= 0 && !o.failed; y--) {
+        const float *row = pti_row(rgb, width, y);
+        for (i = 0; i < (size_t)width * 3; i++) {
+            memcpy(&bits, row + i, sizeof bits);
+            pti_output_byte(&o, bits & 255);
+            pti_output_byte(&o, bits >> 8 & 255);
+            pti_output_byte(&o, bits >> 16 & 255);
+            pti_output_byte(&o, bits >> 24);
+        }
+    }
+    return pti_output_end(&o);
+}
+
+/* RGBE of a pixel, to nearest. The largest mantissa is 128 or more (what would be less is black), so a pixel is never
+   taken for the old code's 1 1 1 n, nor for the new one's 2 2 at the head of a scanline. */
+#define PTI_RGBE_MAX 1.6947657e38f                       /* 255 2^119 */
+static void pti_rgbe(const float *rgb, uint8_t out[4]) {
+    float v[3], most = 0;
+    double d;
+    uint64_t bits;
+    int i, e;
+    for (i = 0; i < 3; i++) {
+        v[i] = rgb[i] > 0 ? pti_min(rgb[i], PTI_RGBE_MAX) : 0;    /* NaN and below: 0 */
+        most = pti_max(most, v[i]);
+    }
+    memset(out, 0, 4);
+    d = (double)most;
+    memcpy(&bits, &d, sizeof bits);
+    e = (int)(bits >> 52) - 1022;                        /* most = f 2^e, f in [1/2, 1) */
+    if (e < -127) return;
+    if (d * pti_power_of_2(8 - e) >= 255.5) e++;         /* 256 does not fit in a byte */
+    for (i = 0; i < 3; i++) out[i] = (uint8_t)((double)v[i] * pti_power_of_2(8 - e) + 0.5);
+    out[3] = (uint8_t)(e + 128);
+}
+static void pti_rle_literals(pti_output *o, const uint8_t *b, int n) {
+    int i;
+    if (!n) return;
+    pti_output_byte(o, (unsigned)n);
+    for (i = 0; i < n; i++) pti_output_byte(o, b[i]);
+}
+/* Runs of 3 to 127 as 128 + length, value; the rest in literals of up to 128, after their number. */
+static void pti_rle(pti_output *o, const uint8_t *b, int n) {
+    int i = 0, literals = 0, run;
+    while (i < n) {
+        for (run = 1; run < 127 && i + run < n && b[i + run] == b[i]; run++) {}
+        if (run < 3) { run = 1; literals++; }
+        if (run > 1 || literals == 128) {
+            pti_rle_literals(o, b + i + (run > 1 ? 0 : 1) - literals, literals);
+            literals = 0;
+        }
+        if (run > 1) { pti_output_byte(o, 128u + (unsigned)run); pti_output_byte(o, b[i]); }
+        i += run;
+    }
+    pti_rle_literals(o, b + n - literals, literals);
+}
+/* A scanline in the new code, by pieces: the whole of it may be too much for a stack. */
+static void pti_rle_scanline(pti_output *o, const float *row, int width) {
+    uint8_t piece[1024], rgbe[4];
+    int c, x, n = 0;
+    pti_output_byte(o, 2);
+    pti_output_byte(o, 2);
+    pti_output_byte(o, (unsigned)width >> 8);
+    pti_output_byte(o, (unsigned)width & 255);
+    for (c = 0; c < 4; c++) {
+        for (x = 0; x < width; x++) {
+            pti_rgbe(row + 3 * x, rgbe);
+            piece[n++] = rgbe[c];
+            if (n == (int)sizeof piece || x == width - 1) { pti_rle(o, piece, n); n = 0; }
+        }
+    }
+}
+static void pti_flat_scanline(pti_output *o, const float *row, int width) {
+    uint8_t rgbe[4];
+    int c, x;
+    for (x = 0; x < width; x++) {
+        pti_rgbe(row + 3 * (size_t)x, rgbe);
+        for (c = 0; c < 4; c++) pti_output_byte(o, rgbe[c]);
+    }
+}
+PT_DEF pt_result pt_write_hdr_to(const pt_writer *w, const float *rgb, int width, int height) {
+    pti_output o;
+    pti_fpmode mode;
+    int y;
+    if (!pti_output_begin(&o, w, rgb, width, height)) return PT_ERR_ARG;
+    mode = pti_fpmode_enter();
+    pti_output_text(&o, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n");
+    pti_output_size(&o, "-Y ", height);
+    pti_output_size(&o, " +X ", width);
+    pti_output_text(&o, "\n");
+    for (y = 0; y < height && !o.failed; y++) {
+        const float *row = pti_row(rgb, width, y);
+        if (width >= 8 && width <= 32767) pti_rle_scanline(&o, row, width);
+        else pti_flat_scanline(&o, row, width);
+    }
+    pti_fpmode_leave(mode);
+    return pti_output_end(&o);
+}
+
+#ifndef PT_NO_STDIO
+/* A file is written beside its place, and moved there when it is whole. A device is no file that one could replace. */
+typedef struct pti_save {
+    const char *path;
+    char *part;
+    FILE *file;
+    pt_allocator allocator;
+    pt_writer writer;
+} pti_save;
+static int pti_save_write(void *user, const void *data, size_t size) { return fwrite(data, 1, size, (FILE *)user) != size; }
+static int pti_save_in_place(const pti_save *s) { return !strncmp(s->path, "/dev/", 5); }
+static size_t pti_save_part_size(const pti_save *s) { return strlen(s->path) + sizeof ".part"; }
+static pt_result pti_save_open(pti_save *s, const char *path) {
+    memset(s, 0, sizeof *s);
+    s->allocator = pti_allocator_or_default(s->allocator);
+    s->path = path;
+    if (!path) return PT_ERR_ARG;
+    s->part = (char *)pti_alloc(&s->allocator, pti_save_part_size(s), 1);
+    if (!s->part) return PT_ERR_MEMORY;
+    memcpy(s->part, path, strlen(path));
+    if (!pti_save_in_place(s)) memcpy(s->part + strlen(path), ".part", sizeof ".part");
+    s->file = fopen(s->part, "wb");
+    s->writer.write = pti_save_write;
+    s->writer.user = s->file;
+    if (s->file) return PT_OK;
+    pti_free(&s->allocator, s->part, pti_save_part_size(s), 1);
+    return PT_ERR_IO;
+}
+/* r: how the writing went. */
+static pt_result pti_save_close(pti_save *s, pt_result r) {
+    if (fclose(s->file) != 0 && r == PT_OK) r = PT_ERR_IO;      /* a full disk may show only now */
+    if (!pti_save_in_place(s)) {
+#ifdef _WIN32
+        if (r == PT_OK) remove(s->path);                 /* rename does not replace there */
+#endif
+        if (r == PT_OK && rename(s->part, s->path) != 0) r = PT_ERR_IO;
+        if (r != PT_OK) remove(s->part);
+    }
+    pti_free(&s->allocator, s->part, pti_save_part_size(s), 1);
+    return r;
+}
+PT_DEF pt_result pt_write_ppm(const char *path, const float *rgb, int width, int height, float exposure_stops) {
+    pti_save s;
+    pt_result r = pti_save_open(&s, path);
+    return r != PT_OK ? r : pti_save_close(&s, pt_write_ppm_to(&s.writer, rgb, width, height, exposure_stops));
+}
+PT_DEF pt_result pt_write_pfm(const char *path, const float *rgb, int width, int height) {
+    pti_save s;
+    pt_result r = pti_save_open(&s, path);
+    return r != PT_OK ? r : pti_save_close(&s, pt_write_pfm_to(&s.writer, rgb, width, height));
+}
+PT_DEF pt_result pt_write_hdr(const char *path, const float *rgb, int width, int height) {
+    pti_save s;
+    pt_result r = pti_save_open(&s, path);
+    return r != PT_OK ? r : pti_save_close(&s, pt_write_hdr_to(&s.writer, rgb, width, height));
+}
+#endif
+
+/* Pixels of a picture whose sizes are in it. */
+static size_t pti_image_count(const pt_image *image) {
+    return (size_t)image->width * (size_t)image->height * (size_t)image->channels;
+}
+static pt_result pti_image_alloc(pt_image *image, const char *name, size_t width, size_t height, int channels) {
+    pt_allocator a = pti_allocator_or_default(image->allocator);
+    if (height <= SIZE_MAX / width / (size_t)channels)
+        image->pixels = (float *)pti_alloc(&a, width * height * (size_t)channels, sizeof(float));
+    if (!image->pixels) return pti_report(image->error, PT_ERR_MEMORY, name, "out of memory");
+    image->width = (int)width;
+    image->height = (int)height;
+    image->channels = channels;
+    return PT_OK;
+}
+PT_DEF void pt_image_free(pt_image *image) {
+    pt_allocator a;
+    if (!image) return;
+    a = pti_allocator_or_default(image->allocator);
+    pti_free(&a, image->pixels, image->pixels ? pti_image_count(image) : 0, sizeof(float));
+    image->pixels = NULL;
+    image->width = image->height = image->channels = 0;
+}
+/* A width or a height: digits, 1 to 2^31 - 1. */
+static int pti_parse_size(pti_input *in, size_t *out) {
+    uint64_t n = 0;
+    if (!pti_is_digit(pti_peek(in))) return pti_refuse(in, "a size is missing");
+    for (; pti_is_digit(pti_peek(in)); in->at++) if (n <= 0x7fffffff) n = n * 10 + (uint64_t)(*in->at - '0');
+    if (n < 1 || n > 0x7fffffff) return pti_refuse(in, "a size is %s", n ? "above 2147483647" : "0");
+    *out = (size_t)n;
+    return 1;
+}
+static int pti_refuse_size(const pti_input *in, size_t width, size_t height) {
+    return pti_refuse(in, "%u x %u pixels cannot come from the %u bytes that are left", (uint64_t)width, (uint64_t)height,
+                      (uint64_t)pti_input_left(in));
+}
+
+/* PFM. Between the header's words stand white space and comments; after the last, one white space only. */
+static int pti_pfm_space(pti_input *in) {
+    const uint8_t *from = in->at;
+    for (; in->at < in->end; in->at++) {
+        if (*in->at == '#') while (in->at < in->end && *in->at != '\n') in->at++;
+        if (in->at == in->end) break;
+        if (*in->at == '\n') in->line++;
+        else if (*in->at != ' ' && *in->at != '\t' && *in->at != '\r') break;
+    }
+    return in->at > from ? 1 : pti_refuse(in, "white space is missing");
+}
+typedef struct pti_pfm { size_t width, height; int channels, big_endian; } pti_pfm;
+static int pti_pfm_header(pti_input *in, pti_pfm *h) {
+    double scale;
+    h->channels = in->at[1] == 'F' ? 3 : 1;
+    in->at += 2;
+    if (!pti_pfm_space(in) || !pti_parse_size(in, &h->width)) return 0;
+    if (!pti_pfm_space(in) || !pti_parse_size(in, &h->height)) return 0;
+    if (!pti_pfm_space(in)) return 0;
+    if (!pti_parse_number(in, &scale)) return pti_refuse(in, "the scale is not a number");
+    if (scale == 0) return pti_refuse(in, "the scale is 0: its sign should tell the byte order");
+    h->big_endian = scale > 0;
+    return 1;
+}
+static int pti_pfm_begin_pixels(pti_input *in, const pti_pfm *h) {
+    size_t left, row = 4 * (size_t)h->channels * h->width;
+    int c = pti_peek(in);
+    if (c != '\n' && c != ' ' && c != '\t' && c != '\r') return pti_refuse(in, "the scale does not end in white space");
+    in->at++;
+    in->line = 0;
+    left = pti_input_left(in);
+    if (left / 4 / (size_t)h->channels / h->width < h->height) return pti_refuse_size(in, h->width, h->height);
+    if (c == '\r' && pti_peek(in) == '\n' && left > h->height * row) in->at++;       /* a line that ends in both */
+    return 1;
+}
+static float pti_float_of_bytes(const uint8_t *p, int big_endian) {
+    uint32_t bits = big_endian ? (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3]
+                               : (uint32_t)p[3] << 24 | (uint32_t)p[2] << 16 | (uint32_t)p[1] << 8 | p[0];
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+static pt_result pti_read_pfm(pt_image *out, pti_input *in) {
+    pti_pfm h;
+    size_t row, i, y;
+    pt_result r;
+    if (!pti_pfm_header(in, &h) || !pti_pfm_begin_pixels(in, &h)) return PT_ERR_FORMAT;
+    r = pti_image_alloc(out, in->name, h.width, h.height, h.channels);
+    if (r != PT_OK) return r;
+    row = h.width * (size_t)h.channels;
+    for (y = h.height; y-- > 0; )
+        for (i = 0; i < row; i++, in->at += 4) out->pixels[y * row + i] = pti_float_of_bytes(in->at, h.big_endian);
+    return PT_OK;
+}
+
+/* Radiance HDR. Scanlines follow one another along the first axis that the resolution line tells, pixels within them
+   along the second: "-Y 512 +X 1024" is top to bottom, left to right. */
+typedef struct pti_hdr {
+    size_t lines, length;                                /* scanlines, and pixels in each */
+    int x_first, x_down, y_down;
+    int xyz, plain;                                      /* plain: RGB, and nothing to divide by */
+    double divide[3];                                    /* EXPOSURE times COLORCORR: what the pixels were multiplied by */
+} pti_hdr;
+
+/* Puts line's [at, end) around the next line, without its end, and in->at behind it. */
+static int pti_hdr_line(pti_input *in, pti_input *line) {
+    const uint8_t *nl = (const uint8_t *)memchr(in->at, '\n', pti_input_left(in));
+    in->line++;
+    if (!nl) return pti_refuse(in, "the header ends early");
+    *line = *in;
+    line->end = nl > in->at && nl[-1] == '\r' ? nl - 1 : nl;
+    in->at = nl + 1;
+    return 1;
+}
+static int pti_skip_word(pti_input *in, const char *word) {
+    size_t n = strlen(word);
+    if (pti_input_left(in) < n || memcmp(in->at, word, n)) return 0;
+    in->at += n;
+    return 1;
+}
+static void pti_skip_blanks(pti_input *in) { while (pti_peek(in) == ' ' || pti_peek(in) == '\t') in->at++; }
+/* Multiplies n factors into divide; a single one counts for all three. */
+static int pti_hdr_factors(pti_input *line, pti_hdr *h, int n) {
+    double f = 1;
+    int i;
+    for (i = 0; i < 3; i++) {
+        pti_skip_blanks(line);
+        if (i < n && !pti_parse_number(line, &f)) return pti_refuse(line, "%d numbers are expected", n);
+        h->divide[i] *= f;
+        if (!(h->divide[i] > 1e-30 && h->divide[i] < 1e30)) return pti_refuse(line, "%g is no exposure", f);
+        h->plain = h->plain && h->divide[i] == 1;
+    }
+    pti_skip_blanks(line);
+    return line->at == line->end ? 1 : pti_refuse(line, "the number does not end where it should");
+}
+static int pti_hdr_format(pti_input *line, pti_hdr *h) {
+    pti_skip_blanks(line);
+    h->xyz = pti_skip_word(line, "32-bit_rle_xyze");
+    h->plain = h->plain && !h->xyz;
+    if (h->xyz || pti_skip_word(line, "32-bit_rle_rgbe")) pti_skip_blanks(line);
+    else line->end = NULL;
+    return line->at == line->end ? 1 : pti_refuse(line, "FORMAT is neither 32-bit_rle_rgbe nor 32-bit_rle_xyze");
+}
+/* One of the resolution line's two halves, such as "-Y 512". */
+static int pti_hdr_axis(pti_input *line, int *axis, int *minus, size_t *size) {
+    pti_skip_blanks(line);
+    *minus = pti_peek(line) == '-';
+    if (!*minus && pti_peek(line) != '+') return pti_refuse(line, "expected a size, such as -Y 512 +X 1024");
+    line->at++;
+    *axis = pti_peek(line);
+    if (*axis != 'X' && *axis != 'Y') return pti_refuse(line, "expected a size, such as -Y 512 +X 1024");
+    line->at++;
+    pti_skip_blanks(line);
+    return pti_parse_size(line, size);
+}
+static int pti_hdr_resolution(pti_input *line, pti_hdr *h) {
+    int axis[2], minus[2];
+    if (!pti_hdr_axis(line, &axis[0], &minus[0], &h->lines)) return 0;
+    if (!pti_hdr_axis(line, &axis[1], &minus[1], &h->length)) return 0;
+    if (axis[0] == axis[1]) return pti_refuse(line, "the size has one axis twice");
+    pti_skip_blanks(line);
+    if (line->at != line->end) return pti_refuse(line, "something follows the size");
+    h->x_first = axis[0] == 'X';
+    h->x_down = minus[h->x_first ? 0 : 1];
+    h->y_down = minus[h->x_first ? 1 : 0];
+    return 1;
+}
+static int pti_hdr_header(pti_input *in, pti_hdr *h) {
+    pti_input line;
+    int ok;
+    h->xyz = 0;
+    h->plain = 1;
+    h->divide[0] = h->divide[1] = h->divide[2] = 1;
+    in->line = 0;
+    for (;;) {
+        if (!pti_hdr_line(in, &line)) return 0;
+        if (line.at == line.end) break;                  /* an empty line ends the header */
+        if (pti_skip_word(&line, "FORMAT=")) ok = pti_hdr_format(&line, h);
+        else if (pti_skip_word(&line, "EXPOSURE=")) ok = pti_hdr_factors(&line, h, 1);
+        else if (pti_skip_word(&line, "COLORCORR=")) ok = pti_hdr_factors(&line, h, 3);
+        else ok = 1;
+        if (!ok) return 0;
+    }
+    ok = pti_hdr_line(in, &line) && pti_hdr_resolution(&line, h);
+    in->line = 0;
+    return ok;
+}
+
+/* A scanline into four planes, red green blue exponent, n bytes each; without planes it is only checked. */
+static int pti_hdr_new_scanline(pti_input *in, uint8_t *planes, size_t n) {
+    size_t c, x, run = in->at[2] * 256u + in->at[3];
+    if (run != n) return pti_refuse(in, "a scanline is %u pixels long instead of %u", (uint64_t)run, (uint64_t)n);
+    in->at += 4;
+    for (c = 0; c < 4; c++) for (x = 0; x < n; x += run) {
+        int same = pti_peek(in) > 128;
+        if (pti_input_left(in) < 2) return pti_refuse(in, "the file ends within a scanline");
+        run = same ? *in->at - 128u : *in->at;
+        if (run == 0 || run > n - x)
+            return pti_refuse(in, "a run of %u where a scanline lacks %u", (uint64_t)run, (uint64_t)(n - x));
+        if (pti_input_left(in) < (same ? 2 : 1 + run)) return pti_refuse(in, "the file ends within a scanline");
+        if (planes && same) memset(planes + c * n + x, in->at[1], run);
+        if (planes && !same) memcpy(planes + c * n + x, in->at + 1, run);
+        in->at += same ? 2 : 1 + run;
+    }
+    return 1;
+}
+static int pti_hdr_old_scanline(pti_input *in, uint8_t *planes, size_t n) {
+    size_t c, x = 0;
+    int shift = 0;                                       /* repeats in a row are the digits of one number, lowest first */
+    for (; x < n; in->at += 4) {
+        const uint8_t *p = in->at;
+        uint64_t run = 1;
+        if (pti_input_left(in) < 4) return pti_refuse(in, "the file ends within a scanline");
+        if (p[0] == 1 && p[1] == 1 && p[2] == 1) {
+            run = (uint64_t)p[3] << shift;
+            if (x == 0 || run > n - x)
+                return pti_refuse(in, "a repeat of %u where a scanline has %u pixels and lacks %u", run, (uint64_t)x,
+                                  (uint64_t)(n - x));
+            for (c = 0; planes && c < 4; c++) memset(planes + c * n + x, planes[c * n + x - 1], (size_t)run);
+            if (shift < 32) shift += 8;
+        } else {
+            for (c = 0; planes && c < 4; c++) planes[c * n + x] = p[c];
+            shift = 0;
+        }
+        x += (size_t)run;
+    }
+    return 1;
+}
+static int pti_hdr_scanline(pti_input *in, uint8_t *planes, size_t n) {
+    const uint8_t *p = in->at;
+    if (n >= 8 && n <= 32767 && pti_input_left(in) >= 4 && p[0] == 2 && p[1] == 2 && p[2] < 128)
+        return pti_hdr_new_scanline(in, planes, n);
+    return pti_hdr_old_scanline(in, planes, n);
+}
+/* Are all scanlines there? Asked before memory for them is. The old code packs a row of one colour into a few bytes: past
+   4096 pixels a byte that is no picture but a trap. */
+static int pti_hdr_check(pti_input in, const pti_hdr *h) {
+    size_t i;
+    if ((uint64_t)h->lines * h->length / 4096 > pti_input_left(&in)) return pti_refuse_size(&in, h->length, h->lines);
+    for (i = 0; i < h->lines; i++) if (!pti_hdr_scanline(&in, NULL, h->length)) return 0;
+    return 1;
+}
+/* XYZ to linear RGB with Rec. 709 primaries and a D65 white. */
+static void pti_rgb_of_xyz(double v[3]) {
+    double x = v[0], y = v[1], z = v[2];
+    v[0] =  3.2404541621141054 * x - 1.5371385127977166 * y - 0.4985314095560162 * z;
+    v[1] = -0.9692660305051868 * x + 1.8760108454466942 * y + 0.0415560175303498 * z;
+    v[2] =  0.0556434309591147 * x - 0.2040259135167538 * y + 1.0572251882231791 * z;
+}
+static void pti_hdr_pixel(const pti_hdr *h, const uint8_t *p, size_t n, float *out) {
+    const double most = (double)FLT_MAX;
+    double scale, v[3];
+    size_t i;
+    if (!p[3 * n]) { out[0] = out[1] = out[2] = 0; return; }
+    scale = pti_power_of_2(p[3 * n] - 136);
+    for (i = 0; i < 3; i++) v[i] = p[i * n] * scale;
+    if (!h->plain) {
+        for (i = 0; i < 3; i++) v[i] /= h->divide[i];
+        if (h->xyz) pti_rgb_of_xyz(v);
+        for (i = 0; i < 3; i++) v[i] = v[i] > most ? most : v[i] < -most ? -most : v[i];
+    }
+    for (i = 0; i < 3; i++) out[i] = (float)v[i];
+}
+/* Scanline i into its row or column. */
+static void pti_hdr_place(const pti_hdr *h, const pt_image *out, const uint8_t *planes, size_t i) {
+    size_t w = (size_t)out->width, last_x = w - 1, last_y = (size_t)out->height - 1, j, x, y;
+    for (j = 0; j < h->length; j++) {
+        x = h->x_first ? i : j;
+        y = h->x_first ? j : i;
+        if (h->x_down) x = last_x - x;
+        if (!h->y_down) y = last_y - y;                  /* y counts upwards in the file, downwards here */
+        pti_hdr_pixel(h, planes + j, h->length, out->pixels + (y * w + x) * 3);
+    }
+}
+static pt_result pti_read_hdr(pt_image *out, pti_input *in) {
+    pt_allocator a = pti_allocator_or_default(out->allocator);
+    pti_hdr h;
+    uint8_t *planes;
+    pt_result r;
+    size_t i;
+    if (!pti_hdr_header(in, &h) || !pti_hdr_check(*in, &h)) return PT_ERR_FORMAT;
+    planes = (uint8_t *)pti_alloc(&a, h.length, 4);
+    if (!planes) return pti_report(out->error, PT_ERR_MEMORY, in->name, "out of memory");
+    r = pti_image_alloc(out, in->name, h.x_first ? h.lines : h.length, h.x_first ? h.length : h.lines, 3);
+    for (i = 0; r == PT_OK && i < h.lines; i++) {
+        pti_hdr_scanline(in, planes, h.length);
+        pti_hdr_place(&h, out, planes, i);
+    }
+    pti_free(&a, planes, h.length, 4);
+    return r;
+}
+
+static pt_result pti_read_image(pt_image *out, const char *name, const void *data, size_t size) {
+    pti_input in = pti_input_of(name, data, size, out->error);
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_result r = PT_ERR_FORMAT;
+    if (pti_input_left(&in) < 2) pti_refuse(&in, "the file is empty");
+    else if (in.at[0] == 'P' && (in.at[1] == 'F' || in.at[1] == 'f')) r = pti_read_pfm(out, &in);
+    else if (in.at[0] == '#' && in.at[1] == '?') r = pti_read_hdr(out, &in);
+    else pti_refuse(&in, "neither a PFM nor a Radiance HDR picture");
+    pti_fpmode_leave(mode);
+    return r;
+}
+PT_DEF pt_result pt_read_image_memory(pt_image *out, const void *data, size_t size) {
+    if (!out || (!data && size)) return PT_ERR_ARG;
+    pt_image_free(out);
+    out->error[0] = 0;
+    return pti_read_image(out, "memory", data, size);
+}
+#ifndef PT_NO_STDIO
+PT_DEF pt_result pt_read_image(pt_image *out, const char *path) {
+    pt_allocator a;
+    pti_file f;
+    pt_result r;
+    if (!out || !path) return PT_ERR_ARG;
+    pt_image_free(out);
+    out->error[0] = 0;
+    a = pti_allocator_or_default(out->allocator);
+    r = pti_file_read(&a, path, out->error, &f);
+    if (r != PT_OK) return r;
+    r = pti_read_image(out, path, f.data, f.size);
+    pti_file_free(&a, &f);
+    return r;
+}
+#endif
+
+/* ---- >>mesh --------------------------------------------------------------------------------------------
+   Wavefront OBJ (the "Advanced Visualizer" manual's appendix B1): the geometry, that is v, vt, vn and f. All else is
+   skipped. A corner of a face names three numbers, position, texture coordinate and normal, where a mesh has one index;
+   so vertex i of the file becomes vertex i of the mesh, with the vt and vn that a face first gives it, and each other
+   combination becomes one more vertex at the end. Polygons are cut into triangles. */
+
+#define PTI_OBJ_UNUSED UINT32_MAX
+typedef struct pti_obj_list { void *items; size_t count, capacity, size; } pti_obj_list;
+typedef struct pti_obj_vertex { float p[3]; uint32_t uv, normal; } pti_obj_vertex;    /* from 1; 0 = none */
+typedef struct pti_obj_corner { uint32_t vertex, uv, normal; } pti_obj_corner;        /* from 1; 0 = none */
+typedef struct pti_obj_uv { float x[2]; } pti_obj_uv;
+typedef struct pti_obj_normal { float x[3]; } pti_obj_normal;
+typedef struct pti_obj_triangle { uint32_t i[3]; } pti_obj_triangle;
+typedef struct pti_obj_point {                           /* a corner of the polygon at hand */
+    uint32_t index, vertex;                              /* in the mesh; in the file, from 0 */
+    uint32_t prev, next;
+    int ear;
+    double x, y;                                         /* in a plane */
+} pti_obj_point;
+typedef struct pti_obj {
+    pti_input in;
+    pt_allocator allocator;
+    pt_result result;
+    pti_obj_list vertices, uvs, normals, triangles, polygon;
+    pti_obj_list more;                                   /* the further combinations, pti_obj_corner */
+    uint32_t *table;                                     /* finds them: open addressing, number + 1 */
+    size_t table_size;                                   /* a power of two */
+    int has_uv, has_normal;
+} pti_obj;
+
+static int pti_obj_memory(pti_obj *o) {
+    o->result = pti_report(o->in.error, PT_ERR_MEMORY, o->in.name, "out of memory");
+    return 0;
+}
+static void *pti_obj_add(pti_obj *o, pti_obj_list *l) {  /* NULL: out of memory */
+    if (!pti_grow(&o->allocator, &l->items, l->count, &l->capacity, l->size)) { pti_obj_memory(o); return NULL; }
+    return (char *)l->items + l->size * l->count++;
+}
+static void pti_obj_drop(pti_obj *o, pti_obj_list *l) {
+    pti_free(&o->allocator, l->items, l->capacity, l->size);
+    l->items = NULL;
+    l->count = l->capacity = 0;
+}
+
+/* Text. A statement ends with its line; a backslash before the end takes the next line along. */
+static int pti_is_line_end(int c) { return c == '\n' || c == '\r'; }
+static void pti_obj_skip_line_end(pti_input *in) {       /* LF, CR LF, or CR alone */
+    int c = *in->at++;
+    if (c == '\r' && pti_peek(in) == '\n') in->at++;
+    in->line++;
+}
+static void pti_obj_skip_blanks(pti_input *in) {
+    for (;;) {
+        const uint8_t *p = in->at;
+        while (p < in->end && (*p == ' ' || *p == '\t')) p++;
+        in->at = p;
+        if (p == in->end || *p != '\\' || !(p + 1 == in->end || pti_is_line_end(p[1]))) return;
+        in->at++;
+        if (in->at < in->end) pti_obj_skip_line_end(in);
+    }
+}
+static void pti_obj_skip_line(pti_input *in) {
+    const uint8_t *p = in->at;
+    while (p < in->end && !pti_is_line_end(*p)) p++;
+    in->at = p;
+    if (p < in->end) pti_obj_skip_line_end(in);
+}
+static int pti_obj_at_end(const pti_input *in) {         /* of a statement */
+    return in->at == in->end || pti_is_line_end(*in->at) || *in->at == '#';
+}
+static int pti_obj_at_gap(const pti_input *in) {         /* between two words */
+    return in->at == in->end || *in->at <= ' ' || *in->at == '\\' || *in->at == '#';
+}
+/* Is this statement the word? Then steps behind it. */
+static int pti_obj_is(pti_input *in, const char *word, size_t n) {
+    const uint8_t *start = in->at;
+    if (pti_input_left(in) < n || memcmp(start, word, n)) return 0;
+    in->at += n;
+    if (pti_obj_at_gap(in)) return 1;
+    in->at = start;
+    return 0;
+}
+/* Refuses the word that starts at word: "... is not a number". */
+static int pti_obj_refuse_word(pti_obj *o, const uint8_t *word, const char *what) {
+    char shown[33];
+    size_t n = 0;
+    pti_input in = o->in;
+    in.at = word;
+    for (; n < sizeof shown - 1 && !pti_obj_at_gap(&in); in.at++) shown[n++] = *in.at < 127 ? (char)*in.at : '?';
+    shown[n] = 0;
+    return pti_refuse(&o->in, "\"%s\" %s", shown, what);
+}
+/* Up to n numbers; at least so many. What the statement has beyond them is skipped with its line. */
+static int pti_obj_numbers(pti_obj *o, const char *statement, float *x, int least, int n) {
+    const double most = (double)FLT_MAX;
+    double d;
+    int i;
+    for (i = 0; i < n; i++) {
+        const uint8_t *word;
+        pti_obj_skip_blanks(&o->in);
+        word = o->in.at;
+        if (pti_obj_at_end(&o->in)) {
+            if (i >= least) break;
+            return pti_refuse(&o->in, "%s has %d numbers, but needs %d", statement, i, least);
+        }
+        if (!pti_parse_number(&o->in, &d) || !pti_obj_at_gap(&o->in)) return pti_obj_refuse_word(o, word, "is not a number");
+        if (!(d >= -most && d <= most)) return pti_obj_refuse_word(o, word, "is too large for a float");
+        x[i] = (float)d;
+    }
+    return 1;
+}
+/* Indices are 32 bits, and their last value has a meaning of its own. */
+static int pti_obj_room(pti_obj *o, const pti_obj_list *l, size_t others) {
+    return l->count + others < UINT32_MAX - 1 ? 1 : pti_refuse(&o->in, "more than 4294967294 vertices");
+}
+static int pti_obj_read_vertex(pti_obj *o) {
+    pti_obj_vertex *v;
+    if (!pti_obj_room(o, &o->vertices, o->more.count)) return 0;
+    v = (pti_obj_vertex *)pti_obj_add(o, &o->vertices);
+    if (!v) return 0;
+    v->uv = PTI_OBJ_UNUSED;
+    return pti_obj_numbers(o, "v", v->p, 3, 3);
+}
+static int pti_obj_read_uv(pti_obj *o) {
+    pti_obj_uv *t;
+    if (!pti_obj_room(o, &o->uvs, 0)) return 0;
+    t = (pti_obj_uv *)pti_obj_add(o, &o->uvs);
+    return t && pti_obj_numbers(o, "vt", t->x, 1, 2);    /* v is 0 where it is missing: memory comes zeroed */
+}
+static int pti_obj_read_normal(pti_obj *o) {
+    pti_obj_normal *n;
+    if (!pti_obj_room(o, &o->normals, 0)) return 0;
+    n = (pti_obj_normal *)pti_obj_add(o, &o->normals);
+    return n && pti_obj_numbers(o, "vn", n->x, 3, 3);
+}
+
+/* The number of the combination c among the further ones; it is added if it is new. */
+static size_t pti_obj_slot(const pti_obj *o, const pti_obj_corner *c) {
+    const pti_obj_corner *more = (const pti_obj_corner *)o->more.items;
+    uint64_t h = ((uint64_t)c->vertex << 32 | c->uv) * 0x9e3779b97f4a7c15u;
+    size_t slot;
+    h = ((h ^ h >> 32) + c->normal) * 0xd6e8feb86659fd93u;
+    slot = (size_t)(h ^ h >> 32) & (o->table_size - 1);
+    while (o->table[slot] && memcmp(more + (o->table[slot] - 1), c, sizeof *c)) slot = (slot + 1) & (o->table_size - 1);
+    return slot;
+}
+static int pti_obj_table_grow(pti_obj *o) {              /* at most half full */
+    const pti_obj_corner *more = (const pti_obj_corner *)o->more.items;
+    size_t bigger = o->table_size ? o->table_size * 2 : 64, i;
+    uint32_t *table;
+    if (o->more.count < o->table_size / 2) return 1;
+    table = (uint32_t *)pti_alloc(&o->allocator, bigger, sizeof *table);
+    if (!table) return pti_obj_memory(o);
+    pti_free(&o->allocator, o->table, o->table_size, sizeof *table);
+    o->table = table;
+    o->table_size = bigger;
+    for (i = 0; i < o->more.count; i++) table[pti_obj_slot(o, more + i)] = (uint32_t)(i + 1);
+    return 1;
+}
+static int pti_obj_find(pti_obj *o, const pti_obj_corner *c, size_t *number) {
+    pti_obj_corner *added;
+    size_t slot;
+    if (!pti_obj_table_grow(o)) return 0;
+    slot = pti_obj_slot(o, c);
+    if (!o->table[slot]) {
+        if (!pti_obj_room(o, &o->more, o->vertices.count)) return 0;
+        added = (pti_obj_corner *)pti_obj_add(o, &o->more);
+        if (!added) return 0;
+        *added = *c;
+        o->table[slot] = (uint32_t)o->more.count;
+    }
+    *number = o->table[slot] - 1;
+    return 1;
+}
+/* The mesh's index for c. How many vertices the file has is not known yet, so the further combinations count from the top
+   downwards: -1 - number. */
+static int pti_obj_index(pti_obj *o, const pti_obj_corner *c, uint32_t *index) {
+    pti_obj_vertex *v = (pti_obj_vertex *)o->vertices.items + (c->vertex - 1);
+    size_t number;
+    if (v->uv == PTI_OBJ_UNUSED) { v->uv = c->uv; v->normal = c->normal; }
+    *index = c->vertex - 1;
+    if (v->uv == c->uv && v->normal == c->normal) return 1;
+    if (!pti_obj_find(o, c, &number)) return 0;
+    *index = UINT32_MAX - (uint32_t)number;
+    return 1;
+}
+
+static int pti_obj_emit(pti_obj *o, uint32_t a, uint32_t b, uint32_t c) {
+    const pti_obj_point *p = (const pti_obj_point *)o->polygon.items;
+    pti_obj_triangle *t = (pti_obj_triangle *)pti_obj_add(o, &o->triangles);
+    if (!t) return 0;
+    t->i[0] = p[a].index;
+    t->i[1] = p[b].index;
+    t->i[2] = p[c].index;
+    return 1;
+}
+static int pti_obj_fan(pti_obj *o, uint32_t n) {
+    uint32_t i;
+    for (i = 2; i < n; i++) if (!pti_obj_emit(o, 0, i - 1, i)) return 0;
+    return 1;
+}
+/* Lays the polygon flat, counter-clockwise: along the axis that its normal is nearest to. Newell's normal, the sum of
+   p_i x p_(i+1), is right for concave and for slightly bent polygons too. */
+static void pti_obj_flatten(const pti_obj *o, pti_obj_point *p, uint32_t n) {
+    const pti_obj_vertex *v = (const pti_obj_vertex *)o->vertices.items;
+    double normal[3] = { 0, 0, 0 };
+    uint32_t i, j;
+    int k, axis = 0, x, y;
+    for (j = n - 1, i = 0; i < n; j = i++) {
+        const float *a = v[p[j].vertex].p, *b = v[p[i].vertex].p;
+        for (k = 0; k < 3; k++) {
+            x = (k + 1) % 3; y = (k + 2) % 3;
+            normal[k] += ((double)a[x] - (double)b[x]) * ((double)a[y] + (double)b[y]);
+        }
+    }
+    for (k = 1; k < 3; k++) if (normal[k] * normal[k] > normal[axis] * normal[axis]) axis = k;
+    x = (axis + (normal[axis] < 0 ? 2 : 1)) % 3;
+    y = 3 - axis - x;
+    for (i = 0; i < n; i++) { p[i].x = (double)v[p[i].vertex].p[x]; p[i].y = (double)v[p[i].vertex].p[y]; }
+}
+/* Twice the area of a b c, positive when counter-clockwise. */
+static double pti_obj_area(const pti_obj_point *a, const pti_obj_point *b, const pti_obj_point *c) {
+    return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
+}
+static int pti_obj_same(const pti_obj_point *a, const pti_obj_point *b) { return a->x == b->x && a->y == b->y; }
+/* Can the corner i be cut off? It must be convex, and no other corner may lie in the triangle. (One that coincides with
+   the triangle's own may: so holes are cut in, by a bridge that goes there and back.) */
+static int pti_obj_is_ear(const pti_obj_point *p, uint32_t i) {
+    const pti_obj_point *a = p + p[i].prev, *b = p + i, *c = p + p[i].next, *q;
+    if (!(pti_obj_area(a, b, c) > 0)) return 0;
+    for (q = p + c->next; q != a; q = p + q->next) {
+        if (pti_obj_area(a, b, q) < 0 || pti_obj_area(b, c, q) < 0 || pti_obj_area(c, a, q) < 0) continue;
+        if (!pti_obj_same(a, q) && !pti_obj_same(b, q) && !pti_obj_same(c, q)) return 0;
+    }
+    return 1;
+}
+/* Ear clipping (Meisters 1975; after each cut only the two neighbours are asked anew, so n^2 in all). Where there is no ear,
+   in a polygon that crosses itself or has no area, any corner goes. */
+static int pti_obj_clip(pti_obj *o, pti_obj_point *p, uint32_t n) {
+    uint32_t i, tries;
+    for (i = 0; i < n; i++) { p[i].prev = (i + n - 1) % n; p[i].next = (i + 1) % n; }
+    for (i = 0; i < n; i++) p[i].ear = pti_obj_is_ear(p, i);
+    for (i = 0; n > 3; n--) {
+        for (tries = 0; tries < n && !p[i].ear; tries++) i = p[i].next;
+        if (!pti_obj_emit(o, p[i].prev, i, p[i].next)) return 0;
+        p[p[i].prev].next = p[i].next;
+        p[p[i].next].prev = p[i].prev;
+        p[p[i].prev].ear = pti_obj_is_ear(p, p[i].prev);
+        p[p[i].next].ear = pti_obj_is_ear(p, p[i].next);
+        i = p[p[i].next].next;                           /* not the neighbour: that makes slivers */
+    }
+    return pti_obj_emit(o, p[i].prev, i, p[i].next);
+}
+/* A fan from corner 0 is right for convex polygons, and for all others that can be seen whole from there. */
+static int pti_obj_triangulate(pti_obj *o) {
+    pti_obj_point *p = (pti_obj_point *)o->polygon.items;
+    uint32_t n = (uint32_t)o->polygon.count, i;
+    if (n == 3 || n > 1024) return pti_obj_fan(o, n);
+    pti_obj_flatten(o, p, n);
+    for (i = 2; i < n; i++) if (pti_obj_area(p, p + i - 1, p + i) < 0) return pti_obj_clip(o, p, n);
+    return pti_obj_fan(o, n);
+}
+
+/* An index: from 1, or from the end if negative; of what is there so far. */
+static int pti_obj_read_index(pti_obj *o, const pti_obj_list *l, const char *what, uint32_t *index) {
+    pti_input *in = &o->in;
+    const uint8_t *p = in->at, *word;
+    uint64_t n = 0;
+    int negative = p < in->end && *p == '-';
+    if (p < in->end && (*p == '-' || *p == '+')) p++;
+    word = p;
+    for (; p < in->end && pti_is_digit(*p); p++) if (n < 1000000000000u) n = n * 10 + (uint64_t)(*p - '0');
+    if (p == word) return pti_obj_refuse_word(o, in->at, "is not an index");
+    if (n == 0) return pti_refuse(in, "face refers to %s 0, but they count from 1", what);
+    if (n > l->count)
+        return pti_refuse(in, "face refers to %s %s%u, but there are %u so far", what, negative ? "-" : "", n,
+                          (uint64_t)l->count);
+    *index = negative ? (uint32_t)(l->count + 1 - n) : (uint32_t)n;
+    in->at = p;
+    return 1;
+}
+/* v, v/t, v//n, v/t/n. Nothing behind a slash is nothing: some programs write 1// */
+static int pti_obj_read_part(pti_obj *o, const pti_obj_list *l, const char *what, uint32_t *index) {
+    if (pti_peek(&o->in) != '/') return 1;
+    o->in.at++;
+    return pti_peek(&o->in) == '/' || pti_obj_at_gap(&o->in) || pti_obj_read_index(o, l, what, index);
+}
+static int pti_obj_read_corner(pti_obj *o, pti_obj_corner *c) {
+    pti_input *in = &o->in;
+    const uint8_t *word = in->at;
+    c->uv = c->normal = 0;
+    if (!pti_obj_read_index(o, &o->vertices, "vertex", &c->vertex)) return 0;
+    if (!pti_obj_read_part(o, &o->uvs, "texture coordinate", &c->uv)) return 0;
+    if (!pti_obj_read_part(o, &o->normals, "normal", &c->normal)) return 0;
+    o->has_uv |= c->uv != 0;
+    o->has_normal |= c->normal != 0;
+    return pti_obj_at_gap(in) ? 1 : pti_obj_refuse_word(o, word, "is not a corner: v, v/vt, v//vn or v/vt/vn");
+}
+static int pti_obj_read_face(pti_obj *o) {
+    pti_obj_corner c;
+    pti_obj_point *p;
+    o->polygon.count = 0;
+    for (;;) {
+        pti_obj_skip_blanks(&o->in);
+        if (pti_obj_at_end(&o->in)) break;
+        if (!pti_obj_read_corner(o, &c)) return 0;
+        p = (pti_obj_point *)pti_obj_add(o, &o->polygon);
+        if (!p || !pti_obj_index(o, &c, &p->index)) return 0;
+        p->vertex = c.vertex - 1;
+    }
+    if (o->polygon.count >= 3) return pti_obj_triangulate(o);
+    return pti_refuse(&o->in, "a face needs three corners, this has %u", (uint64_t)o->polygon.count);
+}
+
+static int pti_obj_read_statement(pti_obj *o) {
+    pti_input *in = &o->in;
+    int ok = 1;
+    pti_obj_skip_blanks(in);
+    switch (pti_peek(in)) {
+    case 'v':
+        if (pti_obj_is(in, "v", 1)) ok = pti_obj_read_vertex(o);
+        else if (pti_obj_is(in, "vn", 2)) ok = pti_obj_read_normal(o);
+        else if (pti_obj_is(in, "vt", 2)) ok = pti_obj_read_uv(o);
+        break;
+    case 'f':
+        if (pti_obj_is(in, "f", 1)) ok = pti_obj_read_face(o);
+        break;
+    default: break;
+    }
+    if (ok) pti_obj_skip_line(in);
+    return ok;
+}
+static int pti_obj_read_text(pti_obj *o) {
+    pti_input *in = &o->in;
+    const uint8_t *p = in->at;
+    if (pti_input_left(in) >= 2 && ((p[0] == 0xff && p[1] == 0xfe) || (p[0] == 0xfe && p[1] == 0xff) || !p[0] || !p[1]))
+        return pti_refuse(in, "this is UTF-16 text or no text at all: OBJ is ASCII or UTF-8");
+    if (pti_input_left(in) >= 3 && p[0] == 0xef && p[1] == 0xbb && p[2] == 0xbf) in->at += 3;
+    while (in->at < in->end) if (!pti_obj_read_statement(o)) return 0;
+    return o->triangles.count ? 1 : pti_refuse(in, "no faces");
+}
+
+/* The arrays of the mesh, of just the size that its counts tell, since that is how they are freed. */
+static void *pti_obj_array(pti_obj *o, size_t count, size_t size) {
+    void *p = count > SIZE_MAX / size / 3 ? NULL : pti_alloc(&o->allocator, count, size);
+    if (!p) pti_obj_memory(o);
+    return p;
+}
+/* Vertex i of the mesh as the file tells it. */
+static pti_obj_corner pti_obj_corner_of(const pti_obj *o, size_t i) {
+    const pti_obj_vertex *v = (const pti_obj_vertex *)o->vertices.items;
+    pti_obj_corner c;
+    if (i >= o->vertices.count) return ((const pti_obj_corner *)o->more.items)[i - o->vertices.count];
+    c.vertex = (uint32_t)(i + 1);
+    c.uv = v[i].uv == PTI_OBJ_UNUSED ? 0 : v[i].uv;
+    c.normal = v[i].normal;
+    return c;
+}
+static int pti_obj_give_vertices(pti_obj *o, pt_mesh *mesh) {
+    const pti_obj_vertex *vertices = (const pti_obj_vertex *)o->vertices.items;
+    const pti_obj_uv *uvs = (const pti_obj_uv *)o->uvs.items;
+    const pti_obj_normal *normals = (const pti_obj_normal *)o->normals.items;
+    size_t n = mesh->vertex_count = o->vertices.count + o->more.count, i;
+    mesh->positions = (float *)pti_obj_array(o, n, 3 * sizeof(float));
+    if (o->has_normal) mesh->normals = (float *)pti_obj_array(o, n, 3 * sizeof(float));
+    if (o->has_uv) mesh->uvs = (float *)pti_obj_array(o, n, 2 * sizeof(float));
+    if (o->result == PT_ERR_MEMORY) return 0;
+    for (i = 0; i < n; i++) {
+        pti_obj_corner c = pti_obj_corner_of(o, i);
+        memcpy(mesh->positions + 3 * i, vertices[c.vertex - 1].p, 3 * sizeof(float));
+        if (c.normal) memcpy(mesh->normals + 3 * i, normals[c.normal - 1].x, 3 * sizeof(float));
+        if (c.uv) memcpy(mesh->uvs + 2 * i, uvs[c.uv - 1].x, 2 * sizeof(float));
+    }
+    return 1;
+}
+static int pti_obj_give_indices(pti_obj *o, pt_mesh *mesh) {
+    const pti_obj_triangle *t = (const pti_obj_triangle *)o->triangles.items;
+    size_t n = o->triangles.count, i;
+    int k;
+    mesh->indices = (uint32_t *)pti_obj_array(o, n, 3 * sizeof(uint32_t));
+    if (!mesh->indices) return 0;
+    mesh->index_count = 3 * n;
+    for (i = 0; i < n; i++) for (k = 0; k < 3; k++) {
+        uint32_t index = t[i].i[k];
+        if (index >= o->vertices.count) index = (uint32_t)(o->vertices.count + (UINT32_MAX - index));
+        mesh->indices[3 * i + (size_t)k] = index;
+    }
+    return 1;
+}
+static void pti_obj_give_bounds(const pti_obj *o, pt_mesh *mesh) {
+    const pti_obj_vertex *v = (const pti_obj_vertex *)o->vertices.items;
+    size_t i;
+    mesh->lo = pt_v3(PTI_INF, PTI_INF, PTI_INF);
+    mesh->hi = pti_neg(mesh->lo);
+    for (i = 0; i < o->vertices.count; i++) {
+        pt_vec3 p = pt_v3(v[i].p[0], v[i].p[1], v[i].p[2]);
+        if (v[i].uv == PTI_OBJ_UNUSED) continue;
+        mesh->lo = pti_min3(mesh->lo, p);
+        mesh->hi = pti_max3(mesh->hi, p);
+    }
+}
+
+PT_DEF void pt_mesh_free(pt_mesh *mesh) {
+    pt_allocator a;
+    if (!mesh) return;
+    a = pti_allocator_or_default(mesh->allocator);
+    pti_free(&a, mesh->positions, mesh->vertex_count, 3 * sizeof(float));
+    pti_free(&a, mesh->normals, mesh->vertex_count, 3 * sizeof(float));
+    pti_free(&a, mesh->uvs, mesh->vertex_count, 2 * sizeof(float));
+    pti_free(&a, mesh->indices, mesh->index_count / 3, 3 * sizeof(uint32_t));
+    mesh->positions = mesh->normals = mesh->uvs = NULL;
+    mesh->indices = NULL;
+    mesh->vertex_count = mesh->index_count = 0;
+    mesh->lo = mesh->hi = pt_v3(0, 0, 0);
+}
+static void pti_obj_free(pti_obj *o) {
+    pti_obj_drop(o, &o->vertices);
+    pti_obj_drop(o, &o->uvs);
+    pti_obj_drop(o, &o->normals);
+    pti_obj_drop(o, &o->triangles);
+    pti_obj_drop(o, &o->polygon);
+    pti_obj_drop(o, &o->more);
+    pti_free(&o->allocator, o->table, o->table_size, sizeof *o->table);
+}
+static pt_result pti_read_obj(pt_mesh *out, const char *name, const void *data, size_t size) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pti_obj o;
+    memset(&o, 0, sizeof o);
+    o.in = pti_input_of(name, data, size, out->error);
+    o.allocator = pti_allocator_or_default(out->allocator);
+    o.result = PT_ERR_FORMAT;                            /* unless it turns out otherwise */
+    o.vertices.size = sizeof(pti_obj_vertex);
+    o.uvs.size = sizeof(pti_obj_uv);
+    o.normals.size = sizeof(pti_obj_normal);
+    o.triangles.size = sizeof(pti_obj_triangle);
+    o.polygon.size = sizeof(pti_obj_point);
+    o.more.size = sizeof(pti_obj_corner);
+    if (pti_obj_read_text(&o) && pti_obj_give_vertices(&o, out) && pti_obj_give_indices(&o, out)) {
+        pti_obj_give_bounds(&o, out);
+        o.result = PT_OK;
+    }
+    else pt_mesh_free(out);
+    pti_obj_free(&o);
+    pti_fpmode_leave(mode);
+    return o.result;
+}
+PT_DEF pt_result pt_read_obj_memory(pt_mesh *out, const void *data, size_t size) {
+    if (!out || (!data && size)) return PT_ERR_ARG;
+    pt_mesh_free(out);
+    out->error[0] = 0;
+    return pti_read_obj(out, "memory", data, size);
+}
+#ifndef PT_NO_STDIO
+PT_DEF pt_result pt_read_obj(pt_mesh *out, const char *path) {
+    pt_allocator a;
+    pti_file f;
+    pt_result r;
+    if (!out || !path) return PT_ERR_ARG;
+    pt_mesh_free(out);
+    out->error[0] = 0;
+    a = pti_allocator_or_default(out->allocator);
+    r = pti_file_read(&a, path, out->error, &f);
+    if (r != PT_OK) return r;
+    r = pti_read_obj(out, path, f.data, f.size);
+    pti_file_free(&a, &f);
+    return r;
+}
+#endif
+
+#ifdef __cplusplus
+}
+#endif
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT DEFAULT
+#elif defined(__GNUC__)
+#pragma GCC pop_options
+#endif
+#endif /* PT_IMPLEMENTATION */
+
+/* ---- >>license -----------------------------------------------------------------------------------------
+   MIT License
+
+   Copyright (c) 2026 the pt.h authors
+
+   Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated
+   documentation files (the "Software"), to deal in the Software without restriction, including without limitation the
+   rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of the Software, and to permit
+   persons to whom the Software is furnished to do so, subject to the following conditions:
+
+   The above copyright notice and this permission notice shall be included in all copies or substantial portions of the
+   Software.
+
+   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO THE
+   WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR
+   COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR
+   OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE. */
