@@ -406,6 +406,17 @@ static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y
 extern "C" {
 #endif
 
+/* The index of the lowest set bit of x, which is not 0. */
+PTI_INLINE int pti_lowest_bit(uint32_t x) {
+#if defined(__GNUC__)
+    return __builtin_ctz(x);
+#else
+    int k = 0;
+    while (!(x >> k & 1)) k++;
+    return k;
+#endif
+}
+
 /* Denormals kept, rounding to nearest, whatever the host's thread has set. */
 typedef uint64_t pti_fpmode;
 static pti_fpmode pti_fpmode_enter(void) {
@@ -636,9 +647,10 @@ PT_DEF const char *pt_result_string(pt_result r) {
 /* ---- >>math --------------------------------------------------------------------------------------------
    Vectors, transforms, and elementary functions of our own: libm's differ from machine to machine in the last bit. Each is
    a Taylor series in double after a range reduction, rounded to float once, so its error is hardly more than the half
-   ulp of that rounding. Largest errors, over all floats of the range (tests/test_math.c):
-       sin, cos   0.501 ulp  |x| <= 2^20        exp    0.501 ulp  all x        log    0.501 ulp  all x
-       pow        0.501 ulp  x >= 0             atan2  0.501 ulp  all x, y     acos   0.501 ulp  [-1, 1]  */
+   ulp of that rounding. Largest errors, over all floats of the range (over 4e8 pairs of them: pow, atan2):
+       sin, cos   0.500001 ulp  |x| <= 2^20     exp    0.500003 ulp  all x        log    0.500001 ulp  all x
+       pow        0.500003 ulp  x >= 0          atan2  0.500001 ulp  all x, y     acos   0.500001 ulp  [-1, 1]
+   NaN gives NaN. tests/test_math.c holds them to 0.50001. */
 
 #define PTI_PI 3.14159265358979f
 #define PTI_INF ((float)HUGE_VAL)
@@ -668,15 +680,17 @@ static int     pti_is_zero3(pt_vec3 a) { return a.x == 0 && a.y == 0 && a.z == 0
 static float   pti_axis(pt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
 static float   pti_luminance(pt_vec3 c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
-/* Unit length, for vectors of any length but zero: scaled first, lest the squares overflow or vanish. Zero stays zero. */
-static pt_vec3 pti_normalize(pt_vec3 a) {
-    float m = pti_largest_abs(a), l2 = pti_dot(a, a);
-    if (l2 < 1e-30f || l2 > 1e30f) {
-        if (!(m > 0)) return pt_v3(0, 0, 0);
-        a = pt_v3(a.x / m, a.y / m, a.z / m);
-        l2 = pti_dot(a, a);
-    }
-    return pti_scale(a, 1 / sqrtf(l2));
+/* Unit length, for vectors of any length but zero: very long and very short ones are scaled first, lest their squares
+   overflow or vanish. Zero stays zero. */
+PTI_NOINLINE pt_vec3 pti_normalize_extreme(pt_vec3 a) {
+    float m = pti_largest_abs(a);
+    if (!(m > 0)) return pt_v3(0, 0, 0);
+    a = pt_v3(a.x / m, a.y / m, a.z / m);
+    return pti_scale(a, 1 / sqrtf(pti_dot(a, a)));
+}
+static inline pt_vec3 pti_normalize(pt_vec3 a) {
+    float l2 = pti_dot(a, a);
+    return l2 > 1e-30f && l2 < 1e30f ? pti_scale(a, 1 / sqrtf(l2)) : pti_normalize_extreme(a);
 }
 
 /* Two vectors that complete the unit vector n to a right-handed orthonormal basis (t, b, n). Duff et al. 2017. */
@@ -779,7 +793,7 @@ static float pti_exp_double(double x) {
     memcpy(&r, &bits, sizeof r);
     return (float)(p * r);
 }
-static float pti_exp(float x) { return pti_exp_double((double)x); }
+static inline float pti_exp(float x) { return pti_exp_double((double)x); }
 
 /* ln x = k ln 2 + 2 atanh((m - 1) / (m + 1)) for x = 2^k m, m in [sqrt(1/2), sqrt(2)). */
 static double pti_log_double(float x) {
@@ -798,7 +812,7 @@ static double pti_log_double(float x) {
     return (double)k * 0.6931471805599453 + 2 * s * (1 + z * (1.0 / 3 + z * (1.0 / 5 + z * (1.0 / 7 + z * (1.0 / 9
          + z * (1.0 / 11 + z * (1.0 / 13 + z * (1.0 / 15 + z / 17))))))));
 }
-static float pti_log(float x) { return (float)pti_log_double(x); }
+static inline float pti_log(float x) { return (float)pti_log_double(x); }
 
 /* x^y for x >= 0, and 0^0 = 1. */
 static float pti_pow(float x, float y) {
@@ -813,6 +827,7 @@ static double pti_atan2_double(double y, double x) {
     static const double eighth[9] = { 0, 0.12435499454676144, 0.24497866312686414, 0.35877067027057225, 0.4636476090008061,
         0.5585993153435624, 0.6435011087932844, 0.7188299996216245, 0.7853981633974483 };
     double ax = x < 0 ? -x : x, ay = y < 0 ? -y : y, t, c, z, a;
+    if (x != x || y != y) return x + y;                  /* NaN */
     if (!(ax > 0 || ay > 0)) { ax = 1; ay = 0; }         /* (0, 0) looks along +x */
     t = ay < ax ? ay / ax : ax / ay;
     if (t != t) t = 1;                                   /* both infinite */
@@ -923,9 +938,9 @@ static uint32_t pti_permute(uint32_t i, uint32_t n, uint32_t seed) {
     mask = bits == 32 ? 0xffffffffu : (1u << bits) - 1;
     half = (uint32_t)(bits + 1) / 2;
     do {
-        for (k = 0; k < 4; k++) {
-            i = (i + pti_hash2(seed, (uint32_t)k)) & mask;
-            i = (i * 0x2c1b3c6du) & mask;
+        for (k = 0; k < 6; k++) {                        /* fewer rounds, or one factor for all, show in small n */
+            uint32_t h = pti_hash2(seed, (uint32_t)k);
+            i = ((i + h) * (h >> 16 | 1)) & mask;
             i ^= i >> half;
         }
     } while (i >= n);
@@ -939,6 +954,13 @@ typedef struct pti_sampler {
     uint32_t strata_x, strata_y;                         /* PT_SAMPLER_STRATIFIED: cells of one pass */
 } pti_sampler;
 
+/* A generator for one sample. Hashed, since PCG32's streams next to each other are related: neither pair nor index may be
+   the stream as it is. */
+static pt_rng pti_sample_rng(uint32_t seed, uint32_t index) {
+    pt_rng rng;
+    pt_rng_seed(&rng, (uint64_t)seed << 32 | pti_hash2(seed, index), 0);
+    return rng;
+}
 /* Two numbers of a group of four: pair 0 or pair 1. */
 static void pti_draw2(const pti_sampler *s, uint32_t group, int pair, uint32_t u[2]) {
     uint32_t seed = pti_hash2(s->pixel_seed, group), index, cells;
@@ -956,12 +978,12 @@ static void pti_draw2(const pti_sampler *s, uint32_t group, int pair, uint32_t u
         cells = s->strata_x * s->strata_y;
         seed = pti_hash2(pti_hash2(seed, (uint32_t)pair), s->index / cells);                   /* a pass has its own */
         index = pti_permute(s->index % cells, cells, seed);
-        pt_rng_seed(&rng, seed, s->index);
+        rng = pti_sample_rng(seed, s->index);
         u[0] = (uint32_t)(((uint64_t)(index % s->strata_x) << 32 | pt_rng_u32(&rng)) / s->strata_x);
         u[1] = (uint32_t)(((uint64_t)(index / s->strata_x) << 32 | pt_rng_u32(&rng)) / s->strata_y);
         break;
     default:
-        pt_rng_seed(&rng, (uint64_t)seed << 32 | s->index, (uint64_t)pair);
+        rng = pti_sample_rng(pti_hash2(seed, (uint32_t)pair), s->index);
         u[0] = pt_rng_u32(&rng);
         u[1] = pt_rng_u32(&rng);
     }
@@ -994,7 +1016,7 @@ static void pti_sample_disk(float u, float v, float *x, float *y) {
     *x = r * c;
     *y = r * s;
 }
-static float pti_pdf_disk(void) { return 1 / PTI_PI; }
+static inline float pti_pdf_disk(void) { return 1 / PTI_PI; }
 
 /* Hemisphere, p = cos / pi: a disk lifted up (Malley). */
 static pt_vec3 pti_sample_cosine(float u, float v) {
@@ -1013,10 +1035,10 @@ static pt_vec3 pti_sample_cone(float one_minus_cos, float u, float v) {
 }
 static float pti_pdf_cone(float one_minus_cos) { return 1 / (2 * PTI_PI * one_minus_cos); }
 
-static pt_vec3 pti_sample_hemisphere(float u, float v) { return pti_sample_cone(1, u, v); }
-static float   pti_pdf_hemisphere(float cosine) { return cosine > 0 ? 1 / (2 * PTI_PI) : 0.0f; }
-static pt_vec3 pti_sample_sphere(float u, float v) { return pti_sample_cone(2, u, v); }
-static float   pti_pdf_sphere(void) { return 1 / (4 * PTI_PI); }
+static inline pt_vec3 pti_sample_hemisphere(float u, float v) { return pti_sample_cone(1, u, v); }
+static inline float pti_pdf_hemisphere(float cosine) { return cosine > 0 ? 1 / (2 * PTI_PI) : 0.0f; }
+static inline pt_vec3 pti_sample_sphere(float u, float v) { return pti_sample_cone(2, u, v); }
+static inline float pti_pdf_sphere(void) { return 1 / (4 * PTI_PI); }
 
 /* A spherical triangle: a, b, c are unit directions to its corners. Its solid angle (Van Oosterom and Strackee 1983):
    tan(S/2) = |a . b x c| / (1 + a.b + b.c + c.a). The determinant is taken from edges, which keeps small ones exact. */
@@ -1030,7 +1052,8 @@ static float pti_triangle_solid_angle(pt_vec3 a, pt_vec3 b, pt_vec3 c) {
        t' = sin(A/2) / (t sin(alpha - A/2)).
    In half angles and from edges (b - a is exact when they are close), nothing cancels in small triangles. */
 static pt_vec3 pti_perpendicular(pt_vec3 n, pt_vec3 d) {           /* of the unit vector n + d, what is perpendicular to n */
-    return pti_madd(n, 0.5f * pti_dot(d, d), d);
+    d = pti_madd(n, 0.5f * pti_dot(d, d), d);
+    return pti_madd(n, -pti_dot(n, d), d);               /* again, where n + d is nearly -n */
 }
 static pt_vec3 pti_sample_triangle(pt_vec3 a, pt_vec3 b, pt_vec3 c, float S, float u, float v) {
     pt_vec3 ab = pti_sub(b, a), ac = pti_sub(c, a), side_b = pti_perpendicular(a, ab), side_c = pti_perpendicular(a, ac), d;
@@ -1049,50 +1072,68 @@ static float pti_pdf_triangle(float S) { return 1 / S; }
 
 /* A rectangle as seen from the origin of a frame whose x and y run along its edges: it spans [x0, x1] x [y0, y1] in the
    plane z = z0 < 0. In double: the solid angle of a small one is a difference of large angles. */
-typedef struct pti_rect { double x0, x1, y0, y1, z0; pt_vec3 x, y, z; } pti_rect;
-static pti_rect pti_rect_seen_from(pt_vec3 o, pt_vec3 corner, pt_vec3 edge_x, pt_vec3 edge_y) {
+typedef struct pti_rect_frame { pt_vec3 x, y, z; float width, height; } pti_rect_frame;
+typedef struct pti_rect { const pti_rect_frame *frame; double x0, x1, y0, y1, z0, flip; } pti_rect;
+
+static pti_rect_frame pti_rect_frame_of(pt_vec3 edge_x, pt_vec3 edge_y) {
+    pti_rect_frame f;
+    f.width = pti_length(edge_x);
+    f.height = pti_length(edge_y);
+    f.x = pti_normalize(edge_x);
+    f.y = pti_normalize(edge_y);
+    f.z = pti_cross(f.x, f.y);
+    return f;
+}
+static pti_rect pti_rect_seen_from(const pti_rect_frame *f, pt_vec3 to_corner) {
     pti_rect r;
-    pt_vec3 d = pti_sub(corner, o);
-    float lx = pti_length(edge_x), ly = pti_length(edge_y);
-    r.x = pti_scale(edge_x, 1 / lx);
-    r.y = pti_scale(edge_y, 1 / ly);
-    r.z = pti_cross(r.x, r.y);
-    if (pti_dot(d, r.z) > 0) r.z = pti_neg(r.z);
-    r.x0 = (double)pti_dot(d, r.x); r.x1 = r.x0 + (double)lx;
-    r.y0 = (double)pti_dot(d, r.y); r.y1 = r.y0 + (double)ly;
-    r.z0 = (double)pti_dot(d, r.z);
+    r.frame = f;
+    r.x0 = (double)pti_dot(to_corner, f->x); r.x1 = r.x0 + (double)f->width;
+    r.y0 = (double)pti_dot(to_corner, f->y); r.y1 = r.y0 + (double)f->height;
+    r.z0 = (double)pti_dot(to_corner, f->z);
+    r.flip = r.z0 > 0 ? -1 : 1;
+    r.z0 *= r.flip;
     return r;
 }
-/* Of the quarter plane's corner (x, y): its share of the solid angle. */
-static double pti_rect_corner(double x, double y, double z) {
-    return pti_atan2_double(x * y, -z * sqrt(x * x + y * y + z * z));
-}
+/* The quarter plane beyond a corner (x, y) has the solid angle atan2(x y, -z |corner|), up to what cancels between the four
+   corners. Angles add up when complex numbers are multiplied, so one atan2 does for all. */
 static float pti_rect_solid_angle(const pti_rect *r) {
-    double S = pti_rect_corner(r->x1, r->y1, r->z0) - pti_rect_corner(r->x0, r->y1, r->z0)
-             - pti_rect_corner(r->x1, r->y0, r->z0) + pti_rect_corner(r->x0, r->y0, r->z0);
-    return S > 0 ? (float)S : 0.0f;
+    double re = 1, im = 0;
+    int k;
+    for (k = 0; k < 4; k++) {
+        double x = k & 1 ? r->x1 : r->x0, y = k & 2 ? r->y1 : r->y0, sign = k == 1 || k == 2 ? -1 : 1;
+        double a = -r->z0 * sqrt(x * x + y * y + r->z0 * r->z0), b = sign * x * y, t = re * a - im * b;
+        im = re * b + im * a;
+        re = t;
+    }
+    re = pti_atan2_double(im, re);
+    return (float)(re < 0 ? re + 6.283185307179586 : re);
 }
 /* Uniform over it, S its solid angle (Urena, Fajardo and King 2013): u fixes x, so that the strip from x0 to it has area
-   u S; v goes along y. b0 and b1 are the z of the normals of the planes through the eye and the edges y0 and y1; the
-   angles g between those planes sum up to the area, as for every spherical polygon. The direction is not normalised. */
+   u S; v goes along y. b0, b1 and bx are the z of the normals of the planes through the eye and the edges y0, y1 and x0;
+   g2 and g3 are the angles between those planes, which enter only through the sine and cosine of their sum. The
+   direction is not normalised. */
 static pt_vec3 pti_sample_rect(const pti_rect *r, float S, float u, float v) {
-    double z2 = r->z0 * r->z0, b0 = -r->y0 / sqrt(r->y0 * r->y0 + z2), b1 = r->y1 / sqrt(r->y1 * r->y1 + z2);
-    double bx = -r->x0 / sqrt(r->x0 * r->x0 + z2);
-    double g2 = pti_acos_double(-b1 * bx), g3 = pti_acos_double(-bx * b0);
-    double phi = (double)u * (double)S - g2 - g3 + 6.283185307179586, s, c, f, cu, x, d, h0, h1, h, y;
-    pti_sincos_double(phi, &s, &c);
-    f = s != 0 ? (c * b0 - b1) / s : 0.0;
+    double x0 = r->x0, y0 = r->y0, y1 = r->y1, z2 = r->z0 * r->z0;
+    double lx = sqrt(x0 * x0 + z2), l0 = sqrt(y0 * y0 + z2), l1 = sqrt(y1 * y1 + z2);
+    double b0 = -y0 / l0, b1 = y1 / l1, bx = -x0 / lx;
+    double c2 = -b1 * bx, s2 = -r->z0 * sqrt(x0 * x0 + y1 * y1 + z2) / (lx * l1);
+    double c3 = -bx * b0, s3 = -r->z0 * sqrt(x0 * x0 + y0 * y0 + z2) / (lx * l0);
+    double cg = c2 * c3 - s2 * s3, sg = s2 * c3 + c2 * s3, s, c, f, cu, x, d, h0, h1, h, y;
+    pti_sincos_double((double)u * (double)S, &s, &c);
+    f = s * cg - c * sg;                                 /* sin(u S - g2 - g3) */
+    c = c * cg + s * sg;
+    f = f != 0 ? (c * b0 - b1) / f : 0.0;
     cu = 1 / sqrt(f * f + b0 * b0);
     if (f < 0) cu = -cu;
     cu = cu > 1 ? 1 : cu < -1 ? -1 : cu;
     x = -(cu * r->z0) / sqrt(1 - cu * cu > 1e-15 ? 1 - cu * cu : 1e-15);
-    x = x < r->x0 ? r->x0 : x > r->x1 ? r->x1 : x;
+    x = x < x0 ? x0 : x > r->x1 ? r->x1 : x;
     d = sqrt(x * x + z2);
-    h0 = r->y0 / sqrt(d * d + r->y0 * r->y0);
-    h1 = r->y1 / sqrt(d * d + r->y1 * r->y1);
+    h0 = y0 / sqrt(d * d + y0 * y0);
+    h1 = y1 / sqrt(d * d + y1 * y1);
     h = h0 + (double)v * (h1 - h0);
-    y = h * h < 1 - 1e-12 ? h * d / sqrt(1 - h * h) : r->y1;
-    return pti_to_world(r->x, r->y, r->z, pt_v3((float)x, (float)y, (float)r->z0));
+    y = h * h < 1 - 1e-12 ? h * d / sqrt(1 - h * h) : y1;
+    return pti_to_world(r->frame->x, r->frame->y, r->frame->z, pt_v3((float)x, (float)y, (float)(r->z0 * r->flip)));
 }
 static float pti_pdf_rect(float S) { return 1 / S; }
 
@@ -1220,9 +1261,6 @@ static void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, fl
     r->kz = fabsf(dir.x) == largest ? 0 : fabsf(dir.y) == largest ? 1 : 2;
     r->kx = (r->kz + 1) % 3;
     r->ky = (r->kx + 1) % 3;
-    r->sz = 1 / r->dir[r->kz];
-    r->sx = r->dir[r->kx] * r->sz;
-    r->sy = r->dir[r->ky] * r->sz;
     for (k = 0; k < 3; k++) {
         float d = r->dir[k], tiny = largest * 1e-16f, offset;
         if (fabsf(d) < tiny) d = d < 0 ? -tiny : tiny;
@@ -1232,6 +1270,9 @@ static void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, fl
         r->far_add[k] = -offset + PTI_ULPS_8 * fabsf(offset);
         r->near_row[k] = 2 * k + (d < 0);
     }
+    r->sz = r->inverse[r->kz];
+    r->sx = r->dir[r->kx] * r->sz;
+    r->sy = r->dir[r->ky] * r->sz;
 }
 
 /* A hit on its way to becoming a pt_vertex. Ties in t are decided by the ids in the outer, then in the inner scene. */
@@ -1607,17 +1648,18 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a) {   /* 0 when o
 
 /* ---- >>kernel ------------------------------------------------------------------------------------------
    The two kernels that have instructions of their own, ray x eight boxes and ray x four triangles, and the traversal that
-   they are put into. The triangle kernels only find candidates, by the very operations of pti_triangle; that one decides.
-   The box kernels may differ in the last bits, as they only choose what is looked at. All are conservative. */
+   they are put into. The triangle kernels do the very operations of pti_triangle, in its order, so that all give the same
+   bits. The box kernels may differ in the last bits, as they only choose what is looked at; all are conservative. */
 
 #define PTI_WIDEN (1 + 2 * PTI_ULPS_8)                   /* the rounding of t itself, see pti_ray_prepare */
 
 /* Bit k: the ray enters child k between tmin and tmax; enter[k] is where. */
 typedef uint32_t pti_boxes_kernel(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]);
-/* Bit k: triangle k may be hit. */
-typedef uint32_t pti_triangles_kernel(const pti_packet *p, const pti_ray *r);
+/* Bit k: the ray hits triangle k between tmin and tmax, there. */
+typedef struct pti_lanes { float t[PTI_LANES], u[PTI_LANES], v[PTI_LANES]; } pti_lanes;
+typedef uint32_t pti_triangles_kernel(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out);
 
-static uint32_t pti_boxes_scalar(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
+static inline uint32_t pti_boxes_scalar(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
     const float *x0 = n->plane[r->near_row[0]], *x1 = n->plane[r->near_row[0] ^ 1];
     const float *y0 = n->plane[r->near_row[1]], *y1 = n->plane[r->near_row[1] ^ 1];
     const float *z0 = n->plane[r->near_row[2]], *z1 = n->plane[r->near_row[2] ^ 1];
@@ -1633,16 +1675,19 @@ static uint32_t pti_boxes_scalar(const pti_node *n, const pti_ray *r, float tmax
     }
     return mask;
 }
-static uint32_t pti_triangles_scalar(const pti_packet *p, const pti_ray *r) {
-    (void)p; (void)r;
-    return (1u << PTI_LANES) - 1;
+static inline uint32_t pti_triangles_scalar(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
+    uint32_t mask = 0;
+    int k;
+    for (k = 0; k < PTI_LANES; k++)
+        if (pti_triangle(p, k, r, &out->t[k], &out->u[k], &out->v[k]) && out->t[k] <= tmax) mask |= 1u << k;
+    return mask;
 }
 
 #if defined(PTI_X86)
 PTI_INLINE __m128 pti_slab_sse2(const float *row, float inverse, float add) {
     return _mm_add_ps(_mm_mul_ps(_mm_loadu_ps(row), _mm_set1_ps(inverse)), _mm_set1_ps(add));
 }
-static uint32_t pti_boxes_sse2(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
+static inline uint32_t pti_boxes_sse2(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
     const float (*plane)[PTI_WIDTH] = n->plane;
     uint32_t mask = 0;
     int h;
@@ -1663,7 +1708,10 @@ static uint32_t pti_boxes_sse2(const pti_node *n, const pti_ray *r, float tmax, 
 PTI_INLINE __m128 pti_row_sse2(const pti_packet *p, const pti_ray *r, int corner, int axis) {
     return _mm_sub_ps(_mm_loadu_ps(p->v[corner][axis]), _mm_set1_ps(r->org[axis]));
 }
-static uint32_t pti_triangles_sse2(const pti_packet *p, const pti_ray *r) {
+PTI_INLINE __m128 pti_difference_sse2(__m128 a, __m128 b, __m128 c, __m128 d) {      /* a b - c d */
+    return _mm_sub_ps(_mm_mul_ps(a, b), _mm_mul_ps(c, d));
+}
+PTI_INLINE uint32_t pti_triangles_x86(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
     __m128 sx = _mm_set1_ps(r->sx), sy = _mm_set1_ps(r->sy), zero = _mm_setzero_ps();
     __m128 az = pti_row_sse2(p, r, 0, r->kz), bz = pti_row_sse2(p, r, 1, r->kz), cz = pti_row_sse2(p, r, 2, r->kz);
     __m128 ax = _mm_sub_ps(pti_row_sse2(p, r, 0, r->kx), _mm_mul_ps(sx, az));
@@ -1672,13 +1720,27 @@ static uint32_t pti_triangles_sse2(const pti_packet *p, const pti_ray *r) {
     __m128 by = _mm_sub_ps(pti_row_sse2(p, r, 1, r->ky), _mm_mul_ps(sy, bz));
     __m128 cx = _mm_sub_ps(pti_row_sse2(p, r, 2, r->kx), _mm_mul_ps(sx, cz));
     __m128 cy = _mm_sub_ps(pti_row_sse2(p, r, 2, r->ky), _mm_mul_ps(sy, cz));
-    __m128 U = _mm_sub_ps(_mm_mul_ps(cx, by), _mm_mul_ps(cy, bx));
-    __m128 V = _mm_sub_ps(_mm_mul_ps(ax, cy), _mm_mul_ps(ay, cx));
-    __m128 W = _mm_sub_ps(_mm_mul_ps(bx, ay), _mm_mul_ps(by, ax));
+    __m128 U = pti_difference_sse2(cx, by, cy, bx), V = pti_difference_sse2(ax, cy, ay, cx);
+    __m128 W = pti_difference_sse2(bx, ay, by, ax), det, t;
     __m128 least = _mm_min_ps(_mm_min_ps(U, V), W), most = _mm_max_ps(_mm_max_ps(U, V), W);
-    return (uint32_t)_mm_movemask_ps(_mm_or_ps(_mm_cmpge_ps(least, zero), _mm_cmple_ps(most, zero)));
+    __m128 hit = _mm_or_ps(_mm_cmpge_ps(least, zero), _mm_cmple_ps(most, zero));
+    if (!_mm_movemask_ps(hit)) return 0;
+    det = _mm_add_ps(_mm_add_ps(U, V), W);
+    t = _mm_add_ps(_mm_add_ps(_mm_mul_ps(U, az), _mm_mul_ps(V, bz)), _mm_mul_ps(W, cz));
+    t = _mm_div_ps(_mm_mul_ps(_mm_set1_ps(r->sz), t), det);
+    hit = _mm_and_ps(hit, _mm_and_ps(_mm_cmpneq_ps(det, zero), _mm_cmpgt_ps(t, _mm_set1_ps(r->tmin))));
+    hit = _mm_and_ps(hit, _mm_cmple_ps(t, _mm_set1_ps(tmax)));
+    _mm_storeu_ps(out->t, t);
+    _mm_storeu_ps(out->u, _mm_div_ps(V, det));
+    _mm_storeu_ps(out->v, _mm_div_ps(W, det));
+    return (uint32_t)_mm_movemask_ps(hit);
 }
-
+static inline uint32_t pti_triangles_sse2(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
+    return pti_triangles_x86(p, r, tmax, out);
+}
+PTI_AVX2 static inline uint32_t pti_triangles_avx2(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
+    return pti_triangles_x86(p, r, tmax, out);           /* the same, in the shorter encoding */
+}
 PTI_AVX2 PTI_INLINE __m256 pti_slab_avx2(const float *row, const float *inverse, const float *add) {
     return _mm256_fmadd_ps(_mm256_loadu_ps(row), _mm256_broadcast_ss(inverse), _mm256_broadcast_ss(add));
 }
@@ -1705,7 +1767,7 @@ PTI_INLINE uint32_t pti_mask_neon(uint32x4_t m) {
 PTI_INLINE float32x4_t pti_slab_neon(const float *row, float inverse, float add) {
     return vfmaq_n_f32(vdupq_n_f32(add), vld1q_f32(row), inverse);
 }
-static uint32_t pti_boxes_neon(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
+static inline uint32_t pti_boxes_neon(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
     const float (*plane)[PTI_WIDTH] = n->plane;
     uint32_t mask = 0;
     int h;
@@ -1726,10 +1788,10 @@ static uint32_t pti_boxes_neon(const pti_node *n, const pti_ray *r, float tmax, 
 PTI_INLINE float32x4_t pti_row_neon(const pti_packet *p, const pti_ray *r, int corner, int axis) {
     return vsubq_f32(vld1q_f32(p->v[corner][axis]), vdupq_n_f32(r->org[axis]));
 }
-PTI_INLINE float32x4_t pti_cross_neon(float32x4_t a, float32x4_t b, float32x4_t c, float32x4_t d) {       /* a b - c d */
+PTI_INLINE float32x4_t pti_difference_neon(float32x4_t a, float32x4_t b, float32x4_t c, float32x4_t d) {       /* a b - c d */
     return vsubq_f32(vmulq_f32(a, b), vmulq_f32(c, d));
 }
-static uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r) {
+static inline uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
     float32x4_t sx = vdupq_n_f32(r->sx), sy = vdupq_n_f32(r->sy), zero = vdupq_n_f32(0);
     float32x4_t az = pti_row_neon(p, r, 0, r->kz), bz = pti_row_neon(p, r, 1, r->kz), cz = pti_row_neon(p, r, 2, r->kz);
     float32x4_t ax = vsubq_f32(pti_row_neon(p, r, 0, r->kx), vmulq_f32(sx, az));
@@ -1738,9 +1800,19 @@ static uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r) {
     float32x4_t by = vsubq_f32(pti_row_neon(p, r, 1, r->ky), vmulq_f32(sy, bz));
     float32x4_t cx = vsubq_f32(pti_row_neon(p, r, 2, r->kx), vmulq_f32(sx, cz));
     float32x4_t cy = vsubq_f32(pti_row_neon(p, r, 2, r->ky), vmulq_f32(sy, cz));
-    float32x4_t U = pti_cross_neon(cx, by, cy, bx), V = pti_cross_neon(ax, cy, ay, cx), W = pti_cross_neon(bx, ay, by, ax);
-    float32x4_t least = vminq_f32(vminq_f32(U, V), W), most = vmaxq_f32(vmaxq_f32(U, V), W);
-    return pti_mask_neon(vorrq_u32(vcgeq_f32(least, zero), vcleq_f32(most, zero)));
+    float32x4_t U = pti_difference_neon(cx, by, cy, bx), V = pti_difference_neon(ax, cy, ay, cx), W = pti_difference_neon(bx, ay, by, ax);
+    float32x4_t det, t, least = vminq_f32(vminq_f32(U, V), W), most = vmaxq_f32(vmaxq_f32(U, V), W);
+    uint32x4_t hit = vorrq_u32(vcgeq_f32(least, zero), vcleq_f32(most, zero));
+    if (!vmaxvq_u32(hit)) return 0;
+    det = vaddq_f32(vaddq_f32(U, V), W);
+    t = vaddq_f32(vaddq_f32(vmulq_f32(U, az), vmulq_f32(V, bz)), vmulq_f32(W, cz));
+    t = vdivq_f32(vmulq_n_f32(t, r->sz), det);
+    hit = vandq_u32(hit, vandq_u32(vmvnq_u32(vceqq_f32(det, zero)), vcgtq_f32(t, vdupq_n_f32(r->tmin))));
+    hit = vandq_u32(hit, vcleq_f32(t, vdupq_n_f32(tmax)));
+    vst1q_f32(out->t, t);
+    vst1q_f32(out->u, vdivq_f32(V, det));
+    vst1q_f32(out->v, vdivq_f32(W, det));
+    return pti_mask_neon(hit);
 }
 #endif
 
@@ -1763,15 +1835,14 @@ static int pti_object_hit(const pti_shape *s, uint32_t index, const pti_ray *r, 
     hit->outer = outer; hit->prim = s->first; hit->shape = index + 1;
     return 1;
 }
-static int pti_packet_hit(const pti_packet *p, uint32_t candidates, const pti_ray *r, pti_hit *hit, uint32_t instance_prim) {
-    int lane, any = 0;
-    for (lane = 0; lane < PTI_LANES; lane++) {
-        float t, u, v;
-        uint32_t outer = instance_prim != PTI_NONE ? instance_prim : p->prim[lane];
-        if (!(candidates >> lane & 1) || !pti_triangle(p, lane, r, &t, &u, &v)) continue;
-        if (!pti_closer(hit, t, outer, p->prim[lane])) continue;
-        hit->found = 1; hit->t = t; hit->u = u; hit->v = v;
-        hit->outer = outer; hit->prim = p->prim[lane]; hit->shape = 0;
+static inline int pti_packet_hit(const pti_packet *p, uint32_t mask, const pti_lanes *at, pti_hit *hit, uint32_t instance_prim) {
+    int any = 0;
+    for (; mask; mask &= mask - 1) {
+        int k = pti_lowest_bit(mask);
+        uint32_t outer = instance_prim != PTI_NONE ? instance_prim : p->prim[k];
+        if (!pti_closer(hit, at->t[k], outer, p->prim[k])) continue;
+        hit->found = 1; hit->t = at->t[k]; hit->u = at->u[k]; hit->v = at->v[k];
+        hit->outer = outer; hit->prim = p->prim[k]; hit->shape = 0;
         any = 1;
     }
     return any;
@@ -1782,10 +1853,11 @@ typedef struct pti_entry { uint32_t child; float enter; } pti_entry;
 /* Pushes the children that were hit, the farthest first, and returns the nearest. */
 PTI_INLINE uint32_t pti_push_children(const pti_node *n, uint32_t mask, const float enter[PTI_WIDTH], pti_entry *stack,
                                       int *top) {
-    int first = *top, i, k;
-    for (k = 0; mask; k++, mask >>= 1) {
+    int first = *top, i, k = pti_lowest_bit(mask);
+    if (!(mask & (mask - 1))) return n->child[k];
+    for (; mask; mask &= mask - 1) {
         pti_entry e;
-        if (!(mask & 1)) continue;
+        k = pti_lowest_bit(mask);
         e.child = n->child[k];
         e.enter = enter[k];
         for (i = (*top)++; i > first && stack[i - 1].enter < e.enter; i--) stack[i] = stack[i - 1];
@@ -1800,6 +1872,7 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                             pti_boxes_kernel *boxes, pti_triangles_kernel *triangles) {
     pti_entry stack[2 * PTI_STACK];
     float enter[PTI_WIDTH];
+    pti_lanes lanes;
     const pti_geometry *g = scene;
     const pti_ray *r = world;
     pti_ray local;
@@ -1814,8 +1887,8 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
         }
         if (PTI_KIND(child) == PTI_LEAF) {
             const pti_packet *p = g->bvh.packets + PTI_INDEX(child);
-            mask = triangles(p, r);
-            found = mask && pti_packet_hit(p, mask, r, hit, instance_prim);
+            mask = triangles(p, r, hit->t, &lanes);
+            found = mask && pti_packet_hit(p, mask, &lanes, hit, instance_prim);
         } else if (child == PTI_NONE) {
             found = 0;
         } else {
@@ -1855,7 +1928,7 @@ typedef int pti_trace_function(const pti_geometry *g, const pti_ray *r, pti_hit 
 PTI_TRACE(scalar, pti_boxes_scalar, pti_triangles_scalar)
 #if defined(PTI_X86)
 PTI_TRACE(sse2, pti_boxes_sse2, pti_triangles_sse2)
-PTI_AVX2 PTI_TRACE(avx2, pti_boxes_avx2, pti_triangles_sse2)
+PTI_AVX2 PTI_TRACE(avx2, pti_boxes_avx2, pti_triangles_avx2)
 #elif defined(PTI_NEON)
 PTI_TRACE(neon, pti_boxes_neon, pti_triangles_neon)
 #endif
@@ -1948,7 +2021,7 @@ static void pti_vertex_fill(const pti_geometry *g, const pti_ray *ray, pti_hit *
     memset(x, 0, sizeof *x);
     x->t = hit->t;
     x->time = ray->time;
-    x->wo = pti_neg(pti_normalize(dir));
+    x->wo = pti_neg(fabsf(pti_dot(dir, dir) - 1) < 1e-6f ? dir : pti_normalize(dir));
     x->prim = hit->prim - s->first;
     x->shape.id = hit->shape;
     x->instance.id = hit->instance;
@@ -2065,7 +2138,7 @@ static int pti_diffuse_sample(void *user, const pt_vertex *x, const float u[3], 
     pt_vec3 n = pti_facing_normal(x), t, b;
     (void)user;
     pti_basis(n, &t, &b);
-    out->wi = pti_normalize(pti_to_world(t, b, n, pti_sample_cosine(u[0], u[1])));
+    out->wi = pti_to_world(t, b, n, pti_sample_cosine(u[0], u[1]));
     return 1;
 }
 
@@ -2152,10 +2225,12 @@ typedef struct pti_emitter {
     pt_vec3 p, e1, e2, n;                                /* corner and edges, unit normal; or centre */
     float radius, area;
     float luminance;                                     /* of its radiance */
+    pti_rect_frame frame;                                /* rectangles only */
 } pti_emitter;
 
 static pti_emitter pti_emitter_flat(pti_emitter_kind kind, pt_vec3 p, pt_vec3 e1, pt_vec3 e2, float luminance, int two_sided) {
     pti_emitter e;
+    e.frame = pti_rect_frame_of(e1, e2);
     e.kind = kind; e.p = p; e.e1 = e1; e.e2 = e2; e.luminance = luminance; e.two_sided = two_sided; e.radius = 0;
     e.n = pti_cross(e1, e2);
     e.area = pti_length(e.n) * (kind == PTI_RECT_LIGHT ? 1.0f : 0.5f);
@@ -2164,8 +2239,8 @@ static pti_emitter pti_emitter_flat(pti_emitter_kind kind, pt_vec3 p, pt_vec3 e1
 }
 static pti_emitter pti_emitter_sphere(pt_vec3 center, float radius, float luminance, int two_sided) {
     pti_emitter e;
+    memset(&e, 0, sizeof e);
     e.kind = PTI_SPHERE_LIGHT; e.p = center; e.radius = radius; e.luminance = luminance; e.two_sided = two_sided;
-    e.e1 = e.e2 = e.n = pt_v3(0, 0, 0);
     e.area = 4 * PTI_PI * radius * radius;
     return e;
 }
@@ -2221,7 +2296,7 @@ static int pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v,
                                     : pti_normalize(pti_sample_triangle(c[0], c[1], c[2], S, u, v));
         return 1;
     case PTI_RECT_LIGHT:
-        r = pti_rect_seen_from(p, e->p, e->e1, e->e2);
+        r = pti_rect_seen_from(&e->frame, pti_sub(e->p, p));
         S = pti_rect_solid_angle(&r);
         *wi = S < PTI_TINY_RECT ? pti_emitter_sample_area(e, p, u, v) : pti_normalize(pti_sample_rect(&r, S, u, v));
         return 1;
@@ -2261,7 +2336,7 @@ static float pti_emitter_pdf(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
     d = pti_emitter_distance(e, p, wi);
     if (!(d > 0)) return 0;
     if (e->kind == PTI_RECT_LIGHT) {
-        r = pti_rect_seen_from(p, e->p, e->e1, e->e2);
+        r = pti_rect_seen_from(&e->frame, pti_sub(e->p, p));
         S = pti_rect_solid_angle(&r);
         if (S >= PTI_TINY_RECT) return pti_pdf_rect(S);
     } else {
@@ -3642,7 +3717,7 @@ typedef struct pti_file { uint8_t *data; size_t size, capacity; } pti_file;
 static void pti_file_free(const pt_allocator *a, pti_file *f) { pti_free(a, f->data, f->capacity, 1); }
 static int pti_file_grow(const pt_allocator *a, pti_file *f) {
     size_t more = f->capacity ? f->capacity * 2 : 65536;
-    uint8_t *p = more > f->capacity ? (uint8_t *)pti_alloc(a, more, 1) : NULL;
+    uint8_t *p = more > f->capacity ? (uint8_t *)a->alloc(a->user, more, PTI_ALIGN) : NULL;    /* no need of zeros */
     if (!p) return 0;
     if (f->size) memcpy(p, f->data, f->size);
     pti_file_free(a, f);
@@ -4320,14 +4395,15 @@ PT_DEF pt_result pt_read_image(pt_image *out, const char *path) {
    Wavefront OBJ (the "Advanced Visualizer" manual's appendix B1): the geometry, that is v, vt, vn and f. All else is
    skipped. A corner of a face names three numbers, position, texture coordinate and normal, where a mesh has one index;
    so vertex i of the file becomes vertex i of the mesh, with the vt and vn that a face first gives it, and each other
-   combination becomes one more vertex at the end. Polygons are cut into triangles. */
+   combination becomes one more vertex at the end. Polygons are cut into triangles. A glance at how the lines begin tells
+   how many there are, so that the lists seldom grow, and mostly are the mesh's arrays in the end. */
 
 #define PTI_OBJ_UNUSED UINT32_MAX
 typedef struct pti_obj_list { void *items; size_t count, capacity, size; } pti_obj_list;
-typedef struct pti_obj_vertex { float p[3]; uint32_t uv, normal; } pti_obj_vertex;    /* from 1; 0 = none */
+typedef struct pti_obj_float3 { float x[3]; } pti_obj_float3;
+typedef struct pti_obj_float2 { float x[2]; } pti_obj_float2;
 typedef struct pti_obj_corner { uint32_t vertex, uv, normal; } pti_obj_corner;        /* from 1; 0 = none */
-typedef struct pti_obj_uv { float x[2]; } pti_obj_uv;
-typedef struct pti_obj_normal { float x[3]; } pti_obj_normal;
+typedef struct pti_obj_first { uint32_t uv, normal; } pti_obj_first;                  /* what a vertex was first seen with */
 typedef struct pti_obj_triangle { uint32_t i[3]; } pti_obj_triangle;
 typedef struct pti_obj_point {                           /* a corner of the polygon at hand */
     uint32_t index, vertex;                              /* in the mesh; in the file, from 0 */
@@ -4339,7 +4415,7 @@ typedef struct pti_obj {
     pti_input in;
     pt_allocator allocator;
     pt_result result;
-    pti_obj_list vertices, uvs, normals, triangles, polygon;
+    pti_obj_list vertices, firsts, uvs, normals, triangles, polygon;
     pti_obj_list more;                                   /* the further combinations, pti_obj_corner */
     uint32_t *table;                                     /* finds them: open addressing, number + 1 */
     size_t table_size;                                   /* a power of two */
@@ -4354,11 +4430,7 @@ static void *pti_obj_add(pti_obj *o, pti_obj_list *l) {  /* NULL: out of memory 
     if (!pti_grow(&o->allocator, &l->items, l->count, &l->capacity, l->size)) { pti_obj_memory(o); return NULL; }
     return (char *)l->items + l->size * l->count++;
 }
-static void pti_obj_drop(pti_obj *o, pti_obj_list *l) {
-    pti_free(&o->allocator, l->items, l->capacity, l->size);
-    l->items = NULL;
-    l->count = l->capacity = 0;
-}
+static void pti_obj_drop(pti_obj *o, pti_obj_list *l) { pti_free(&o->allocator, l->items, l->capacity, l->size); }
 
 /* Text. A statement ends with its line; a backslash before the end takes the next line along. */
 static int pti_is_line_end(int c) { return c == '\n' || c == '\r'; }
@@ -4432,23 +4504,25 @@ static int pti_obj_room(pti_obj *o, const pti_obj_list *l, size_t others) {
     return l->count + others < UINT32_MAX - 1 ? 1 : pti_refuse(&o->in, "more than 4294967294 vertices");
 }
 static int pti_obj_read_vertex(pti_obj *o) {
-    pti_obj_vertex *v;
+    pti_obj_float3 *v;
+    pti_obj_first *first;
     if (!pti_obj_room(o, &o->vertices, o->more.count)) return 0;
-    v = (pti_obj_vertex *)pti_obj_add(o, &o->vertices);
-    if (!v) return 0;
-    v->uv = PTI_OBJ_UNUSED;
-    return pti_obj_numbers(o, "v", v->p, 3, 3);
+    v = (pti_obj_float3 *)pti_obj_add(o, &o->vertices);
+    first = (pti_obj_first *)pti_obj_add(o, &o->firsts);
+    if (!v || !first) return 0;
+    first->uv = PTI_OBJ_UNUSED;
+    return pti_obj_numbers(o, "v", v->x, 3, 3);
 }
 static int pti_obj_read_uv(pti_obj *o) {
-    pti_obj_uv *t;
+    pti_obj_float2 *t;
     if (!pti_obj_room(o, &o->uvs, 0)) return 0;
-    t = (pti_obj_uv *)pti_obj_add(o, &o->uvs);
+    t = (pti_obj_float2 *)pti_obj_add(o, &o->uvs);
     return t && pti_obj_numbers(o, "vt", t->x, 1, 2);    /* v is 0 where it is missing: memory comes zeroed */
 }
 static int pti_obj_read_normal(pti_obj *o) {
-    pti_obj_normal *n;
+    pti_obj_float3 *n;
     if (!pti_obj_room(o, &o->normals, 0)) return 0;
-    n = (pti_obj_normal *)pti_obj_add(o, &o->normals);
+    n = (pti_obj_float3 *)pti_obj_add(o, &o->normals);
     return n && pti_obj_numbers(o, "vn", n->x, 3, 3);
 }
 
@@ -4493,11 +4567,11 @@ static int pti_obj_find(pti_obj *o, const pti_obj_corner *c, size_t *number) {
 /* The mesh's index for c. How many vertices the file has is not known yet, so the further combinations count from the top
    downwards: -1 - number. */
 static int pti_obj_index(pti_obj *o, const pti_obj_corner *c, uint32_t *index) {
-    pti_obj_vertex *v = (pti_obj_vertex *)o->vertices.items + (c->vertex - 1);
+    pti_obj_first *first = (pti_obj_first *)o->firsts.items + (c->vertex - 1);
     size_t number;
-    if (v->uv == PTI_OBJ_UNUSED) { v->uv = c->uv; v->normal = c->normal; }
+    if (first->uv == PTI_OBJ_UNUSED) { first->uv = c->uv; first->normal = c->normal; }
     *index = c->vertex - 1;
-    if (v->uv == c->uv && v->normal == c->normal) return 1;
+    if (first->uv == c->uv && first->normal == c->normal) return 1;
     if (!pti_obj_find(o, c, &number)) return 0;
     *index = UINT32_MAX - (uint32_t)number;
     return 1;
@@ -4520,12 +4594,12 @@ static int pti_obj_fan(pti_obj *o, uint32_t n) {
 /* Lays the polygon flat, counter-clockwise: along the axis that its normal is nearest to. Newell's normal, the sum of
    p_i x p_(i+1), is right for concave and for slightly bent polygons too. */
 static void pti_obj_flatten(const pti_obj *o, pti_obj_point *p, uint32_t n) {
-    const pti_obj_vertex *v = (const pti_obj_vertex *)o->vertices.items;
+    const pti_obj_float3 *v = (const pti_obj_float3 *)o->vertices.items;
     double normal[3] = { 0, 0, 0 };
     uint32_t i, j;
     int k, axis = 0, x, y;
     for (j = n - 1, i = 0; i < n; j = i++) {
-        const float *a = v[p[j].vertex].p, *b = v[p[i].vertex].p;
+        const float *a = v[p[j].vertex].x, *b = v[p[i].vertex].x;
         for (k = 0; k < 3; k++) {
             x = (k + 1) % 3; y = (k + 2) % 3;
             normal[k] += ((double)a[x] - (double)b[x]) * ((double)a[y] + (double)b[y]);
@@ -4534,7 +4608,7 @@ static void pti_obj_flatten(const pti_obj *o, pti_obj_point *p, uint32_t n) {
     for (k = 1; k < 3; k++) if (normal[k] * normal[k] > normal[axis] * normal[axis]) axis = k;
     x = (axis + (normal[axis] < 0 ? 2 : 1)) % 3;
     y = 3 - axis - x;
-    for (i = 0; i < n; i++) { p[i].x = (double)v[p[i].vertex].p[x]; p[i].y = (double)v[p[i].vertex].p[y]; }
+    for (i = 0; i < n; i++) { p[i].x = (double)v[p[i].vertex].x[x]; p[i].y = (double)v[p[i].vertex].x[y]; }
 }
 /* Twice the area of a b c, positive when counter-clockwise. */
 static double pti_obj_area(const pti_obj_point *a, const pti_obj_point *b, const pti_obj_point *c) {
@@ -4648,73 +4722,103 @@ static int pti_obj_read_statement(pti_obj *o) {
     if (ok) pti_obj_skip_line(in);
     return ok;
 }
+static int pti_obj_reserve_list(pti_obj *o, pti_obj_list *l, size_t count) {
+    if (!count) return 1;
+    l->items = pti_alloc(&o->allocator, count, l->size);
+    if (!l->items) return pti_obj_memory(o);
+    l->capacity = count;
+    return 1;
+}
+/* Counts lines by how they begin, without a look at what they hold: a hint only. */
+static int pti_obj_reserve(pti_obj *o) {
+    const uint8_t *p = o->in.at, *end = o->in.end;
+    size_t vertices = 0, uvs = 0, normals = 0, faces = 0;
+    while (end - p > 1) {
+        faces += *p == 'f';
+        vertices += *p == 'v' && p[1] == ' ';
+        uvs += *p == 'v' && p[1] == 't';
+        normals += *p == 'v' && p[1] == 'n';
+        p = (const uint8_t *)memchr(p, '\n', (size_t)(end - p));
+        if (!p++) break;
+    }
+    return pti_obj_reserve_list(o, &o->vertices, vertices) && pti_obj_reserve_list(o, &o->firsts, vertices) &&
+           pti_obj_reserve_list(o, &o->uvs, uvs) && pti_obj_reserve_list(o, &o->normals, normals) &&
+           pti_obj_reserve_list(o, &o->triangles, faces);
+}
 static int pti_obj_read_text(pti_obj *o) {
     pti_input *in = &o->in;
     const uint8_t *p = in->at;
     if (pti_input_left(in) >= 2 && ((p[0] == 0xff && p[1] == 0xfe) || (p[0] == 0xfe && p[1] == 0xff) || !p[0] || !p[1]))
         return pti_refuse(in, "this is UTF-16 text or no text at all: OBJ is ASCII or UTF-8");
     if (pti_input_left(in) >= 3 && p[0] == 0xef && p[1] == 0xbb && p[2] == 0xbf) in->at += 3;
+    if (!pti_obj_reserve(o)) return 0;
     while (in->at < in->end) if (!pti_obj_read_statement(o)) return 0;
     return o->triangles.count ? 1 : pti_refuse(in, "no faces");
 }
 
-/* The arrays of the mesh, of just the size that its counts tell, since that is how they are freed. */
-static void *pti_obj_array(pti_obj *o, size_t count, size_t size) {
-    void *p = count > SIZE_MAX / size / 3 ? NULL : pti_alloc(&o->allocator, count, size);
-    if (!p) pti_obj_memory(o);
+/* The arrays of the mesh have just the size that its counts tell, since that is how they are freed: here those of a list,
+   with room for others after its own. */
+static void *pti_obj_take(pti_obj *o, pti_obj_list *l, size_t others) {
+    size_t count = l->count + others;
+    void *p = l->items;
+    if (count != l->capacity) {
+        p = pti_alloc(&o->allocator, count, l->size);
+        if (!p) { pti_obj_memory(o); return NULL; }
+        memcpy(p, l->items, l->count * l->size);
+        pti_obj_drop(o, l);
+    }
+    l->items = NULL;                                     /* the count stays: it is still asked */
     return p;
 }
-/* Vertex i of the mesh as the file tells it. */
-static pti_obj_corner pti_obj_corner_of(const pti_obj *o, size_t i) {
-    const pti_obj_vertex *v = (const pti_obj_vertex *)o->vertices.items;
-    pti_obj_corner c;
-    if (i >= o->vertices.count) return ((const pti_obj_corner *)o->more.items)[i - o->vertices.count];
-    c.vertex = (uint32_t)(i + 1);
-    c.uv = v[i].uv == PTI_OBJ_UNUSED ? 0 : v[i].uv;
-    c.normal = v[i].normal;
-    return c;
+static int pti_obj_give_positions(pti_obj *o, pt_mesh *mesh) {
+    const pti_obj_corner *more = (const pti_obj_corner *)o->more.items;
+    size_t n = o->vertices.count, i;
+    mesh->positions = (float *)pti_obj_take(o, &o->vertices, o->more.count);
+    mesh->vertex_count = n + o->more.count;
+    if (!mesh->positions) return 0;
+    for (i = n; i < mesh->vertex_count; i++)
+        memcpy(mesh->positions + 3 * i, mesh->positions + 3 * (size_t)(more[i - n].vertex - 1), 3 * sizeof(float));
+    return 1;
 }
-static int pti_obj_give_vertices(pti_obj *o, pt_mesh *mesh) {
-    const pti_obj_vertex *vertices = (const pti_obj_vertex *)o->vertices.items;
-    const pti_obj_uv *uvs = (const pti_obj_uv *)o->uvs.items;
-    const pti_obj_normal *normals = (const pti_obj_normal *)o->normals.items;
-    size_t n = mesh->vertex_count = o->vertices.count + o->more.count, i;
-    mesh->positions = (float *)pti_obj_array(o, n, 3 * sizeof(float));
-    if (o->has_normal) mesh->normals = (float *)pti_obj_array(o, n, 3 * sizeof(float));
-    if (o->has_uv) mesh->uvs = (float *)pti_obj_array(o, n, 2 * sizeof(float));
-    if (o->result == PT_ERR_MEMORY) return 0;
+/* Texture coordinates and normals; where a vertex has none, they are 0. */
+static int pti_obj_give_attributes(pti_obj *o, pt_mesh *mesh) {
+    const pti_obj_first *first = (const pti_obj_first *)o->firsts.items;
+    const pti_obj_corner *more = (const pti_obj_corner *)o->more.items;
+    const pti_obj_float2 *uvs = (const pti_obj_float2 *)o->uvs.items;
+    const pti_obj_float3 *normals = (const pti_obj_float3 *)o->normals.items;
+    size_t n = mesh->vertex_count, i;
+    if (o->has_uv) mesh->uvs = (float *)pti_alloc(&o->allocator, n, sizeof *uvs);
+    if (o->has_normal) mesh->normals = (float *)pti_alloc(&o->allocator, n, sizeof *normals);
+    if ((o->has_uv && !mesh->uvs) || (o->has_normal && !mesh->normals)) return pti_obj_memory(o);
+    if (!o->has_uv && !o->has_normal) return 1;
     for (i = 0; i < n; i++) {
-        pti_obj_corner c = pti_obj_corner_of(o, i);
-        memcpy(mesh->positions + 3 * i, vertices[c.vertex - 1].p, 3 * sizeof(float));
-        if (c.normal) memcpy(mesh->normals + 3 * i, normals[c.normal - 1].x, 3 * sizeof(float));
-        if (c.uv) memcpy(mesh->uvs + 2 * i, uvs[c.uv - 1].x, 2 * sizeof(float));
+        size_t k = i - o->firsts.count;
+        uint32_t uv = i < o->firsts.count ? first[i].uv : more[k].uv;
+        uint32_t normal = i < o->firsts.count ? first[i].normal : more[k].normal;
+        if (uv && uv != PTI_OBJ_UNUSED) memcpy(mesh->uvs + 2 * i, uvs + (uv - 1), sizeof *uvs);
+        if (normal) memcpy(mesh->normals + 3 * i, normals + (normal - 1), sizeof *normals);
     }
     return 1;
 }
 static int pti_obj_give_indices(pti_obj *o, pt_mesh *mesh) {
-    const pti_obj_triangle *t = (const pti_obj_triangle *)o->triangles.items;
-    size_t n = o->triangles.count, i;
-    int k;
-    mesh->indices = (uint32_t *)pti_obj_array(o, n, 3 * sizeof(uint32_t));
-    if (!mesh->indices) return 0;
-    mesh->index_count = 3 * n;
-    for (i = 0; i < n; i++) for (k = 0; k < 3; k++) {
-        uint32_t index = t[i].i[k];
-        if (index >= o->vertices.count) index = (uint32_t)(o->vertices.count + (UINT32_MAX - index));
-        mesh->indices[3 * i + (size_t)k] = index;
-    }
+    uint32_t n = (uint32_t)o->vertices.count, *p = (uint32_t *)pti_obj_take(o, &o->triangles, 0);
+    size_t i;
+    if (!p) return 0;
+    mesh->indices = p;
+    mesh->index_count = o->triangles.count * 3;
+    for (i = 0; i < mesh->index_count && o->more.count; i++) if (p[i] >= n) p[i] = n + (UINT32_MAX - p[i]);
     return 1;
 }
 static void pti_obj_give_bounds(const pti_obj *o, pt_mesh *mesh) {
-    const pti_obj_vertex *v = (const pti_obj_vertex *)o->vertices.items;
+    const pti_obj_first *first = (const pti_obj_first *)o->firsts.items;
+    const float *p = mesh->positions;
     size_t i;
     mesh->lo = pt_v3(PTI_INF, PTI_INF, PTI_INF);
     mesh->hi = pti_neg(mesh->lo);
-    for (i = 0; i < o->vertices.count; i++) {
-        pt_vec3 p = pt_v3(v[i].p[0], v[i].p[1], v[i].p[2]);
-        if (v[i].uv == PTI_OBJ_UNUSED) continue;
-        mesh->lo = pti_min3(mesh->lo, p);
-        mesh->hi = pti_max3(mesh->hi, p);
+    for (i = 0; i < o->firsts.count; i++, p += 3) {
+        if (first[i].uv == PTI_OBJ_UNUSED) continue;
+        mesh->lo = pti_min3(mesh->lo, pt_v3(p[0], p[1], p[2]));
+        mesh->hi = pti_max3(mesh->hi, pt_v3(p[0], p[1], p[2]));
     }
 }
 
@@ -4733,6 +4837,7 @@ PT_DEF void pt_mesh_free(pt_mesh *mesh) {
 }
 static void pti_obj_free(pti_obj *o) {
     pti_obj_drop(o, &o->vertices);
+    pti_obj_drop(o, &o->firsts);
     pti_obj_drop(o, &o->uvs);
     pti_obj_drop(o, &o->normals);
     pti_obj_drop(o, &o->triangles);
@@ -4747,17 +4852,17 @@ static pt_result pti_read_obj(pt_mesh *out, const char *name, const void *data, 
     o.in = pti_input_of(name, data, size, out->error);
     o.allocator = pti_allocator_or_default(out->allocator);
     o.result = PT_ERR_FORMAT;                            /* unless it turns out otherwise */
-    o.vertices.size = sizeof(pti_obj_vertex);
-    o.uvs.size = sizeof(pti_obj_uv);
-    o.normals.size = sizeof(pti_obj_normal);
+    o.vertices.size = o.normals.size = sizeof(pti_obj_float3);
+    o.uvs.size = sizeof(pti_obj_float2);
+    o.firsts.size = sizeof(pti_obj_first);
     o.triangles.size = sizeof(pti_obj_triangle);
     o.polygon.size = sizeof(pti_obj_point);
     o.more.size = sizeof(pti_obj_corner);
-    if (pti_obj_read_text(&o) && pti_obj_give_vertices(&o, out) && pti_obj_give_indices(&o, out)) {
+    if (pti_obj_read_text(&o) && pti_obj_give_positions(&o, out) && pti_obj_give_attributes(&o, out) &&
+        pti_obj_give_indices(&o, out)) {
         pti_obj_give_bounds(&o, out);
         o.result = PT_OK;
-    }
-    else pt_mesh_free(out);
+    } else pt_mesh_free(out);
     pti_obj_free(&o);
     pti_fpmode_leave(mode);
     return o.result;
