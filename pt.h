@@ -443,6 +443,13 @@ static void pti_fpmode_leave(pti_fpmode old) {
 #endif
 }
 
+/* Was a b + c fused after all? Only clang's -ffp-contract=fast, which overrides the pragma above, does that. */
+static int pti_fuses(void) {
+    volatile float one_and_a_bit = 1 + 1.0f / 4096, minus_square = -(1 + 1.0f / 2048);      /* rounded */
+    float a = one_and_a_bit, c = minus_square;
+    return a * a + c != 0;
+}
+
 /* The instruction sets that kernels exist for, best last. */
 #define PTI_ISAS(X) X(scalar, SCALAR) X(sse2, SSE2) X(avx2, AVX2) X(neon, NEON)
 typedef enum pti_isa {
@@ -1106,7 +1113,7 @@ static float pti_rect_solid_angle(const pti_rect *r) {
         re = t;
     }
     re = pti_atan2_double(im, re);
-    return (float)(re < 0 ? re + 6.283185307179586 : re);
+    return (float)(re < -1e-12 ? re + 6.283185307179586 : re > 0 ? re : 0);    /* a far rectangle may be 0 less a rounding */
 }
 /* Uniform over it, S its solid angle (Urena, Fajardo and King 2013): u fixes x, so that the strip from x0 to it has area
    u S; v goes along y. b0, b1 and bx are the z of the normals of the planes through the eye and the edges y0, y1 and x0;
@@ -2693,6 +2700,10 @@ PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
     if (!grey) { pt_scene_destroy(s); return NULL; }
     grey->desc.color = pt_v3(0.5f, 0.5f, 0.5f);
     grey->vtable = pti_builtin_bsdf(PT_BSDF_DIFFUSE);
+#ifndef PT_ALLOW_FAST_MATH
+    if (pti_fuses()) pti_fail(&s->error, PT_ERR_STATE, "pt.h was compiled with -ffp-contract=fast, which breaks equal bits and "
+                              "tight meshes: compile it without, or define PT_ALLOW_FAST_MATH");
+#endif
     return s;
 }
 
@@ -4739,7 +4750,8 @@ static int pti_obj_reserve(pti_obj *o) {
         uvs += *p == 'v' && p[1] == 't';
         normals += *p == 'v' && p[1] == 'n';
         p = (const uint8_t *)memchr(p, '\n', (size_t)(end - p));
-        if (!p++) break;
+        if (!p) break;
+        p++;
     }
     return pti_obj_reserve_list(o, &o->vertices, vertices) && pti_obj_reserve_list(o, &o->firsts, vertices) &&
            pti_obj_reserve_list(o, &o->uvs, uvs) && pti_obj_reserve_list(o, &o->normals, normals) &&

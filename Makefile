@@ -1,0 +1,67 @@
+# pt.h needs no build: include it. This file draws the examples and runs the tests. Everything it makes goes to out/.
+CC      ?= cc
+CFLAGS  ?= -O2
+LDLIBS   = -lm -lpthread
+PICTURES = 01_hello 02_glass_and_mirrors 03_instances 04_user_bsdf 05_user_shape 06_sky 07_progressive 08_own_threads \
+           09_depth_of_field
+TOOLS    = render_obj make_assets
+TESTS    = $(patsubst tests/%.c,out/tests/%.o,$(wildcard tests/test_*.c))
+FUZZERS  = $(patsubst tests/fuzz/%.c,out/fuzz/%,$(wildcard tests/fuzz/*.c))
+FUZZ_SECONDS ?= 60
+
+.PHONY: help demo test bench figures portable fuzz check clean
+
+help:                             # the default
+	@echo 'make demo      build the examples and draw their pictures into out/ (about a minute)'
+	@echo 'make test      build and run the tests; the last line is "N passed, N failed"'
+	@echo 'make bench     how fast: two scenes, OBJ reading, tree building'
+	@echo 'make figures   the pictures of the README, larger and with more samples (half an hour)'
+	@echo 'make check     the compiler matrix, the symbols an object needs, the tests under sanitizers'
+	@echo 'make portable  the same pictures from other compilers, flags and machines: are all bits equal?'
+	@echo 'make fuzz      the fuzzers, FUZZ_SECONDS=$(FUZZ_SECONDS) each (needs clang)'
+	@echo 'make clean     remove out/'
+
+out/%: examples/%.c pt.h
+	@mkdir -p out
+	$(CC) $(CFLAGS) $< -o $@ $(LDLIBS)
+
+out/knot.obj out/sky.hdr: out/make_assets
+	out/make_assets out
+
+demo: $(PICTURES:%=out/%) $(TOOLS:%=out/%) out/knot.obj out/sky.hdr
+	@sh examples/demo.sh out $(PICTURES)
+
+out/tests/test_%.o: tests/test_%.c pt.h $(wildcard tests/*.h)
+	@mkdir -p out/tests
+	$(CC) $(CFLAGS) -I. -c $< -o $@
+out/tests/run: $(TESTS)
+	$(CC) $(CFLAGS) $(TESTS) -o $@ $(LDLIBS)
+
+test: out/tests/run $(PICTURES:%=out/%) $(TOOLS:%=out/%)
+	@sh tests/run.sh out/tests/run 'sh tests/test_examples.sh out'
+
+bench: out/knot.obj out/sky.hdr
+	$(CC) -O2 tests/bench/bench.c -o out/bench $(LDLIBS)
+	out/bench
+
+figures: $(PICTURES:%=out/%) out/render_obj out/knot.obj out/sky.hdr
+	@sh examples/figures.sh out
+
+portable:
+	@sh tests/portable.sh out/portable
+
+out/fuzz/%: tests/fuzz/%.c pt.h
+	@mkdir -p out/fuzz
+	clang -g -O1 -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined -I. $< -o $@ $(LDLIBS)
+fuzz: $(FUZZERS)
+	@for f in $(FUZZERS); do \
+	    echo "$$f, $(FUZZ_SECONDS) s"; mkdir -p $$f.corpus; \
+	    $$f -max_total_time=$(FUZZ_SECONDS) -timeout=10 -rss_limit_mb=2048 -print_final_stats=0 -verbosity=0 \
+	        -artifact_prefix=$$f. $$f.corpus || exit 1; \
+	done; echo "no fuzzer found anything"
+
+check:
+	@sh tests/check.sh out/check
+
+clean:
+	rm -rf out

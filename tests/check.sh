@@ -1,0 +1,128 @@
+#!/bin/sh
+# The compiler matrix, the symbols an object needs, and the tests under sanitizers. One line a step.
+# usage: check.sh OUT
+out=$1
+mkdir -p "$out" || exit 1
+: > "$out/failed"; : > "$out/skipped"                # a line for each; files, for some steps run side by side
+log=$out/log
+
+have() { command -v "$1" > /dev/null 2>&1; }
+say()  { printf '%-72s %s\n' "$1" "$2"; }
+# step NAME COMMAND...: quiet when all is well, otherwise the first lines of what the command said
+step() {
+    step_name=$1
+    shift
+    if "$@" > "$log" 2>&1 < /dev/null; then say "$step_name" ok; return; fi
+    { say "$step_name" FAILED; sed 's/^/    /' "$log" | tail -n 15; } > "$log.shown"
+    cat "$log.shown"
+    echo "$step_name" >> "$out/failed"
+}
+skip() { say "$1" "skipped: $2"; echo "$1" >> "$out/skipped"; }
+
+# ---- the header alone, in both languages, with every switch, without a single warning
+warnings='-Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Wundef -Wcast-qual -Wdouble-promotion -Werror'
+printf '#define PT_IMPLEMENTATION\n#include "pt.h"\n' > "$out/alone.c"
+{   # names that other headers own: all of them come first
+    for h in elf.h sys/ptrace.h sys/param.h sys/mman.h sys/socket.h sys/wait.h sys/uio.h netinet/in.h netinet/tcp.h net/if.h \
+             termios.h signal.h pthread.h setjmp.h complex.h tgmath.h curses.h; do
+        case $h in complex.h|tgmath.h) echo "#ifndef __cplusplus";; esac
+        printf '#if defined(__has_include)\n#if __has_include(<%s>)\n#include <%s>\n#endif\n#endif\n' "$h" "$h"
+        case $h in complex.h|tgmath.h) echo "#endif";; esac
+    done
+    echo '#define PT_IMPLEMENTATION'
+    echo '#include "pt.h"'
+    echo '#include "pt.h"'
+} > "$out/crowded.c"
+cp "$out/alone.c" "$out/alone.cc"
+cp "$out/crowded.c" "$out/crowded.cc"
+
+matrix() {                            # COMPILER LANGUAGE SUFFIX
+    compiler=$1 language=$2 suffix=$3 log=$out/$1$2.log object=$out/$1$2.o
+    if ! have "$compiler"; then skip "$compiler $language" "no $compiler"; return; fi
+    strict=
+    case $language in *c99) strict=-Wstrict-prototypes;; esac
+    for level in -O0 -O2; do
+        for switches in '' -DPT_STATIC -DPT_NO_THREADS -DPT_NO_STDIO -DPT_NO_SIMD \
+                        '-DPT_STATIC -DPT_NO_THREADS -DPT_NO_STDIO -DPT_NO_SIMD'; do
+            # shellcheck disable=SC2086   # flags are several words
+            step "$compiler $language $level $switches" $compiler $language $warnings $strict $level $switches -I. \
+                -c "$out/alone.$suffix" -o "$object"
+        done
+    done
+    # shellcheck disable=SC2086
+    step "$compiler $language, after other headers" $compiler $language -Wall -Wextra -Werror -D_GNU_SOURCE -I. \
+        -c "$out/crowded.$suffix" -o "$object"
+}
+{ matrix gcc   -std=c99 c; matrix g++     -std=c++11 cc; matrix clang++ -std=c++20 cc; } &      # two at a time
+{ matrix clang -std=c99 c; matrix clang++ -std=c++11 cc; matrix g++     -std=c++20 cc; }
+wait
+
+# ---- what an object needs from outside: memory, strings, and the square root and such
+only_needs() {                        # OBJECT ALLOWED: a pattern for whole names
+    nm -u "$1" | awk '{ print $NF }' | grep -vE "^(_GLOBAL_OFFSET_TABLE_|__stack_chk_fail|$2)\$" > "$out/needs"
+    [ ! -s "$out/needs" ] || { echo "needs also: $(tr '\n' ' ' < "$out/needs")"; return 1; }
+}
+bare='mem(cpy|set|move|cmp|chr)|str[a-z]+|sqrtf?|floorf?|fabsf?|malloc|free'
+for compiler in gcc clang; do
+    have $compiler || continue
+    $compiler -O2 -DPT_NO_STDIO -DPT_NO_THREADS -I. -c "$out/alone.c" -o "$out/bare.o"
+    step "$compiler: with PT_NO_STDIO and PT_NO_THREADS only memory is needed" only_needs "$out/bare.o" "$bare"
+done
+
+# ---- names: nothing defined or published outside pt_ and pti_
+only_defines() { ! nm -g --defined-only "$1" | awk '{ print $NF }' | grep -vE '^pti?_'; }
+only_macros() {                       # the macros that an include of pt.h adds, the system's headers aside
+    printf '#include <float.h>\n#include <math.h>\n#include <stdarg.h>\n#include <stdlib.h>\n#include <string.h>\n#include <stdio.h>\n#include <pthread.h>\n#include <sys/time.h>\n#include <unistd.h>\n#include <stdint.h>\n#include <stddef.h>\n' > "$out/before.c"
+    if [ "$(uname -m)" = x86_64 ]; then printf '#include <immintrin.h>\n#include <cpuid.h>\n' >> "$out/before.c"; fi
+    cp "$out/before.c" "$out/after.c"
+    cat "$out/alone.c" >> "$out/after.c"
+    gcc -I. -dM -E "$out/before.c" | sort > "$out/before.txt"
+    gcc -I. -dM -E "$out/after.c" | sort > "$out/after.txt"
+    ! comm -13 "$out/before.txt" "$out/after.txt" | grep -vE '^#define PTI?_'
+}
+constant_data() {                     # no mutable globals: nothing in .data or .bss
+    ! nm "$1" | grep -E ' [dDbBcC] ' | grep -v ' pti_.*\.[0-9]*$' | grep .
+}
+if have gcc; then
+    gcc -O2 -I. -c "$out/alone.c" -o "$out/names.o"
+    step 'symbols begin with pt_' only_defines "$out/names.o"
+    step 'macros begin with PT_ or PTI_' only_macros
+    step 'no mutable globals' constant_data "$out/names.o"
+fi
+refuses() { ! "$@" > "$out/refused" 2>&1 && grep -q 'PT_ALLOW_FAST_MATH' "$out/refused"; }
+for compiler in gcc clang; do
+    have $compiler || continue
+    step "$compiler: -ffast-math is refused in words" refuses $compiler -ffast-math -I. -c "$out/alone.c" -o "$out/fast.o"
+done
+step 'C++: two files share one implementation' sh -c "
+    printf '#include \"pt.h\"\nint main() { pt_scene *s = pt_scene_create(0); pt_scene_destroy(s); return s == 0; }\n' > $out/user.cc &&
+    g++ -std=c++11 -I. $out/user.cc $out/names.o -o $out/user -lm -lpthread && $out/user"
+
+# ---- the examples, without warnings
+for compiler in gcc clang; do
+    have $compiler || continue
+    for example in examples/*.c; do
+        step "$compiler: $example" $compiler -std=c99 -Wall -Wextra -Wpedantic -Werror -O1 -c "$example" -o "$out/example.o"
+    done
+done
+
+# ---- the tests under sanitizers
+sanitized() {                         # NAME FLAGS: compiled two files at a time
+    kind=$1 flags=$2
+    mkdir -p "$out/$kind"
+    # shellcheck disable=SC2086
+    ls tests/test_*.c | sed 's|tests/\(.*\)\.c|\1|' | xargs -P 2 -I{} clang -g -O1 $flags -fno-omit-frame-pointer -I. -c tests/{}.c -o "$out/$kind/{}.o" &&
+        clang $flags "$out/$kind"/test_*.o -o "$out/$kind/run" -lm -lpthread &&
+        "$out/$kind/run"
+}
+if have clang; then
+    rm -rf "$out/asan" "$out/tsan"
+    step 'tests under AddressSanitizer and UndefinedBehaviorSanitizer' sanitized asan '-fsanitize=address,undefined -fno-sanitize-recover=all'
+    step 'tests under ThreadSanitizer' sanitized tsan '-fsanitize=thread'
+else
+    skip 'tests under sanitizers' 'no clang'
+fi
+
+sed 's/^/failed: /' "$out/failed"
+echo "check: $(wc -l < "$out/failed") failed, $(wc -l < "$out/skipped") skipped"
+[ ! -s "$out/failed" ]
