@@ -1,4 +1,4 @@
-/* files.h - what the tests of the file readers share: memory that counts and can run out, a sink for writers, broken files. */
+/* files.h - what the tests of the file readers share: memory that counts and can run out, whole files, damage. */
 #ifndef FILES_H
 #define FILES_H
 #include "test.h"

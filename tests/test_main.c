@@ -6,8 +6,8 @@
 /* A chapter a line, in the order of pt.h: to add one, write test_<chapter>.c, which defines void test_<chapter>(void),
    and move its name from the comment to the list. */
 #define CHAPTERS(X) \
-    X(math) X(random) X(warp) X(image) X(mesh)
-    /* X(shape) X(bvh) X(kernel) X(texture) X(bsdf) X(light) X(scene) X(mixture) X(path) X(camera) X(film) X(render) X(api) */
+    X(math) X(random) X(warp) X(texture) X(camera) X(image) X(mesh)
+    /* X(shape) X(bvh) X(kernel) X(bsdf) X(light) X(scene) X(mixture) X(path) X(film) X(render) X(api) */
 
 #define DECLARE(name) void test_##name(void);
 CHAPTERS(DECLARE)
@@ -126,8 +126,8 @@ static void all_chapters(void) {
 
 static int usage(FILE *to, const char *program) {
     fprintf(to, "usage: %s [-v] [chapter or test ...]\n"
-                "Runs the tests of the chapters of pt.h: all, or those named. The last line is \"N passed, N failed\", with\n"
-                "\", N skipped\" if there were any; the exit code is 0 if none failed, 1 if one did, 2 for a bad argument.\n"
+                "Runs the tests of the chapters of pt.h: all, or those named. The last line is \"N passed, N failed\",\n"
+                "with \", N skipped\" if there were any. Exit code: 0 none failed, 1 some did, 2 a bad argument.\n"
                 "  --list      the names of all chapters and tests\n"
                 "  -v          a line a test, before it runs\n"
                 "  -h, --help  this text\n", program);
@@ -141,8 +141,10 @@ int main(int argc, char **argv) {
         if (!strcmp(argv[i], "--help") || !strcmp(argv[i], "-h")) return usage(stdout, argv[0]);
         if (!strcmp(argv[i], "--list")) { mode = LISTING; all_chapters(); return 0; }
         if (!strcmp(argv[i], "-v")) verbose = 1;
-        else if (argv[i][0] == '-') { fprintf(stderr, "%s: unknown option '%s' (try --help)\n", argv[0], argv[i]); return 2; }
-        else if (name_count < 64) names[name_count++] = argv[i];
+        else if (argv[i][0] == '-') {
+            fprintf(stderr, "%s: unknown option '%s' (try --help)\n", argv[0], argv[i]);
+            return 2;
+        } else if (name_count < 64) names[name_count++] = argv[i];
         else { fprintf(stderr, "%s: more than 64 names\n", argv[0]); return 2; }
     }
     mode = MATCHING;

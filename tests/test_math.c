@@ -28,8 +28,8 @@ static void note(worst *w, float got, double want, float x, float y) {
 
 static const float special[] = { 0, -0.0f, 1e-45f, -1e-45f, 1.17549435e-38f, -1.17549435e-38f, 1.1754942e-38f, 5.9604645e-8f,
     0.25f, 0.5f, 0.70710678f, 0.70710677f, 0.99999994f, 1, 1.0000001f, 1.4142135f, 1.4142137f, 2, 2.7182817f, 3.1415927f,
-    6.2831855f, 10, 16777216, 88.72283f, 88.72284f, -87.33655f, -103.27893f, -103.97208f, -104, -105, 3.4028235e38f, -0.5f, -1,
-    -2, -1e10f, -3.4028235e38f };
+    6.2831855f, 10, 16777216, 88.72283f, 88.72284f, -87.33655f, -103.27893f, -103.97208f, -104, -105, 3.4028235e38f,
+    -0.5f, -1, -2, -1e10f, -3.4028235e38f };
 #define SPECIAL ((int)(sizeof special / sizeof special[0]))
 /* Every 1021st float in bit space (a prime), then the special values, the infinities and NaN. */
 #define EACH_FLOAT(i, x) for (i = 0; (x = sweep(i)), i < 0x100000000u / 1021 + SPECIAL + 3; i++)
@@ -37,7 +37,8 @@ static float sweep(uint32_t i) {
     uint32_t count = (uint32_t)(0x100000000u / 1021);
     if (i < count) return float_of(i * 1021u);
     i -= count;
-    return i < SPECIAL ? special[i] : i == SPECIAL ? (float)HUGE_VAL : i == SPECIAL + 1 ? -(float)HUGE_VAL : float_of(0x7fc00000u);
+    if (i < SPECIAL) return special[i];
+    return i == SPECIAL ? (float)HUGE_VAL : i == SPECIAL + 1 ? -(float)HUGE_VAL : float_of(0x7fc00000u);
 }
 
 static void sine_and_cosine(void) {
@@ -97,7 +98,7 @@ static void power(void) {
     for (i = 0; i < 1500000; i++) {
         x = float_of(pt_rng_u32(&rng) & 0x7fffffffu);
         switch (i & 3) {
-        case 0: y = float_of(pt_rng_u32(&rng)); break;                                    /* anything: mostly 0 and infinity */
+        case 0: y = float_of(pt_rng_u32(&rng)); break;                /* anything: mostly 0 and infinity */
         case 1: y = (float)((pt_rng_float(&rng) * 192 - 103) / log((double)x)); break;    /* results of all sizes */
         case 2: y = pt_rng_float(&rng) * 8 - 4; break;
         default: x = float_of(0x3f800000u - 50000 + pt_rng_u32(&rng) % 100000);           /* close to 1, huge y */
@@ -237,7 +238,7 @@ static void bases_are_orthonormal(void) {
         worst_of = fmax(worst_of, fabs((double)pti_dot(t, n)));
         worst_of = fmax(worst_of, fabs((double)pti_dot(b, n)));
         worst_of = fmax(worst_of, (double)pti_length(c));
-        if (!(worst_of < 2e-6)) FAIL("off by %g for n = (%.9g, %.9g, %.9g)", worst_of, (double)n.x, (double)n.y, (double)n.z);
+        if (!(worst_of < 2e-6)) FAIL("off by %g for n = (%.9g, %.9g, %.9g)", worst_of, n.x, n.y, n.z);
         if (i % 100 == 0) {
             c = pti_to_world(t, b, n, pt_v3(0.25f, -0.5f, 2));
             CHECK_NEAR(pti_dot(c, t), 0.25, 4e-6);
@@ -380,7 +381,8 @@ static void format_words(void) {
 static void format_numbers(void) {
     static const struct { double value; const char *text; } exact[] = {
         { 0, "0" }, { 1, "1" }, { -1, "-1" }, { 2.5, "2.5" }, { 10, "10" }, { 100, "100" }, { 123456, "123456" },
-        { 99999.9, "99999.9" }, { 3.14159265, "3.14159" }, { 2.0000001, "2" }, { -42.125, "-42.125" }, { 1.00001, "1.00001" },
+        { 99999.9, "99999.9" }, { 3.14159265, "3.14159" }, { 2.0000001, "2" }, { -42.125, "-42.125" },
+        { 1.00001, "1.00001" },
         { 9.9999999, "10" }, { 999999.7, "1e+6" }, { 1234567, "1.23457e+6" }, { 1e30, "1e+30" }, { -2.5e100, "-2.5e+100" },
         { 1e-30, "1e-30" }, { 1.5e-8, "1.5e-8" }, { 120000, "120000" }, { 100000.4, "100000" }, { 20.5, "20.5" } };
     double inf = HUGE_VAL, nan = (double)make_nan();

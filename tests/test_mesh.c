@@ -58,8 +58,8 @@ static void areas(const pt_mesh *m, double *sum, double *net) {
 }
 static int indices_are(const pt_mesh *m, const char *digits) {    /* "012 023" */
     size_t i = 0;
-    for (; *digits; digits++) if (*digits != ' ') if (i >= m->index_count
-        || m->indices[i++] != (uint32_t)(*digits - '0')) return 0;
+    for (; *digits; digits++)
+        if (*digits != ' ' && (i >= m->index_count || m->indices[i++] != (uint32_t)(*digits - '0'))) return 0;
     return i == m->index_count;
 }
 
@@ -81,11 +81,11 @@ static void numbers_in_every_form(void) {
         { "1e-3", 1e-3f }, { "1E+05", 1e5f }, { ".5", 0.5f }, { "5.", 5 }, { "+1", 1 }, { "-0", -0.0f }, { "-.25e1", -2.5f },
         { "0.1", 0.1f }, { "3.14159274", 3.14159274f }, { "340282346638528859811704183484516925440", FLT_MAX },
         { "-3.4028234e38", -3.4028234e38f }, { "1e-45", 1.4e-45f }, { "1e-400", 0 }, { "0e999999999999999999", 0 },
-        { "0.000000000000000000000000000000000000000000000000001e50", 0.1f }, { "16777217", 16777216 }, { "16777219",
-            16777220 },
+        { "0.000000000000000000000000000000000000000000000000001e50", 0.1f }, { "16777217", 16777216 },
+        { "16777219", 16777220 },
         { "123456789012345678901234567890", 1.2345679e29f }, { "00000000000000000000000000000000000001.5", 1.5f },
-        { "1000000000000000000000000000000000000000000e-42", 1 }, { "1.17549435e-38", FLT_MIN }, { "0.30000001192092896",
-            0.3f } };
+        { "1000000000000000000000000000000000000000000e-42", 1 }, { "1.17549435e-38", FLT_MIN },
+        { "0.30000001192092896", 0.3f } };
     char text[300];
     size_t i;
     for (i = 0; i < sizeof n / sizeof n[0]; i++) {
@@ -124,7 +124,8 @@ static void text_in_every_form(void) {
         "v 0 \\\n0 0\nv 1 0 0\nv \\\r\n0 1\\\n 0\nf 1 \\\r2 3\\\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 \\",
         "# v 9 9 9\\\nv 0 0 0 # v\nv 1 0 0#\nv 0 1 0\n#f 1 2 2\nf 1 2 3# 4\n",
-        "mtllib C:\\models\\\nv 0 0 0\no x\ng a b\nv 1 0 0\nv 0 1 0\ns off\nusemtl \xc3\xa4\nvp 1\nl 1 2\np 1\nf 1 2 3\ncurv2 1 2\nend",
+        ("mtllib C:\\models\\\nv 0 0 0\no x\ng a b\nv 1 0 0\nv 0 1 0\ns off\n"
+            "usemtl \xc3\xa4\nvp 1\nl 1 2\np 1\nf 1 2 3\ncurv2 1 2\nend"),
         "v 0 0 0 1\nv 1 0 0 0.5 0.5 0.5\nv 0 1 0 1 0 0 what ever\nf 1 2 3\n",
         "vt\t0 1\nvn 0 0 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvv 1\nface 1 2\nf 1 2 3\nfo 9 9\n",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/ 2// 3/\n",
@@ -158,7 +159,8 @@ static void very_long_lines(void) {
 static void indices_from_the_end(void) {
     pt_mesh m;
     if (!loads(&m,
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 2 2 2\nf -4 -1 -2\nvt 0 0\nvt 1 0\nvn 0 0 1\nf -4/-1/-1 2/-2/-1 3/1/1\n")) return;
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 2 2 2\nf -4 -1 -2\n"
+        "vt 0 0\nvt 1 0\nvn 0 0 1\nf -4/-1/-1 2/-2/-1 3/1/1\n")) return;
     CHECK(m.vertex_count >= 4 && m.index_count == 9 && m.indices[0] == 0 && m.indices[1] == 1 && m.indices[2] == 2);
     CHECK(m.indices[3] == 0 && m.indices[4] == 3 && m.indices[5] == 2);
     CHECK_EQ_INT(m.vertex_count, 4 + 3);                 /* the corners of the third face are new combinations */
@@ -309,7 +311,8 @@ static void degenerate_polygons_do_not_hang(void) {
         "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\nf 1 2 3 4\nf 1 3 2 4\nf 1 2 1 2 1 2 1\n",
         "v 0 0 0\nv 1 1 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 4\n",                    /* a bow tie */
         "v 0 3 0\nv 2 -3 0\nv -3 1 0\nv 3 1 0\nv -2 -3 0\nf 1 2 3 4 5\nf 5 4 3 2 1\n",       /* a pentagram */
-        "v 3e38 3e38 3e38\nv -3e38 3e38 -3e38\nv 3e38 -3e38 3e38\nv -3e38 -3e38 -3e38\nv 1e-40 0 0\nf 1 2 3 4 5\nf 1 5 3 2 4\n" };
+        ("v 3e38 3e38 3e38\nv -3e38 3e38 -3e38\nv 3e38 -3e38 3e38\nv -3e38 -3e38 -3e38\n"
+            "v 1e-40 0 0\nf 1 2 3 4 5\nf 1 5 3 2 4\n") };
     size_t i;
     for (i = 0; i < sizeof t / sizeof t[0]; i++) {
         pt_mesh m;
@@ -387,8 +390,8 @@ static void malformed_meshes_are_refused_in_words(void) {
           "memory:1: \"12345678901234567890123456789012\" is too large for a float" },
         { "v \\\n\\\r\n1 2 \\\nx\n", "memory:4: \"x\" is not a number" },
         { "#\r#\r\n#\n\n\rv 1 1 a", "memory:6: \"a\" is not a number" } };
-    static const unsigned char utf16[2][8] = { { 0xff, 0xfe, 'v', 0, ' ', 0, '1', 0 }, { 0xfe, 0xff, 0, 'v', 0, ' ', 0,
-        '1' } };
+    static const unsigned char utf16[2][8] = { { 0xff, 0xfe, 'v', 0, ' ', 0, '1', 0 },
+        { 0xfe, 0xff, 0, 'v', 0, ' ', 0, '1' } };
     pt_mesh m;
     size_t i;
     for (i = 0; i < sizeof c / sizeof c[0]; i++) {
@@ -430,8 +433,9 @@ static void unreadable_files_are_told(void) {
 
 /* All that the reader does, in one file. */
 static const char sample[] =
-    "# sample\r\nmtllib x.mtl\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 0.5 0\nv 1e0 -5.5E-1 3 1 0 0\n\tvt 0 0\nvt 1 0 0\nvt .5\n"
-    "vn 0 0 1\nvn 0 1 0\no a\ng b\nusemtl c\ns 1\nf 1/1/1 2/2/1 \\\n3/3/1 4/1/1 5/2/2\nf 1//2 2//1 3//2\nf -1 -2 -3\nf 1/1 2/2 6/3\nl 1 2\n"
+    "# sample\r\nmtllib x.mtl\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 1 0.5 0\nv 1e0 -5.5E-1 3 1 0 0\n"
+    "\tvt 0 0\nvt 1 0 0\nvt .5\nvn 0 0 1\nvn 0 1 0\no a\ng b\nusemtl c\ns 1\nf 1/1/1 2/2/1 \\\n3/3/1 4/1/1 5/2/2\n"
+    "f 1//2 2//1 3//2\nf -1 -2 -3\nf 1/1 2/2 6/3\nl 1 2\n"
     "f 1/2/1 5/2/1 3/1/2 4/1/2\nf 6 5 4 3 2 1";
 static void every_truncation_does_no_harm(void) {
     size_t n, ok = 0;

@@ -1,0 +1,26 @@
+#!/bin/sh
+# make figures: the pictures of the README, with many samples, as OUT/figures/*.ppm. With ImageMagick's convert here, they
+# also go to examples/images/*.jpg.  usage: figures.sh OUT EXAMPLE...
+out=$1
+shift
+figures=$out/figures
+mkdir -p "$figures" examples/images || exit 1
+
+publish() {                           # NAME: at most 200 KB
+    if command -v convert > /dev/null; then
+        convert "$figures/$1.ppm" -strip -sampling-factor 4:2:0 -interlace Plane -define jpeg:extent=195KB "examples/images/$1.jpg"
+    fi
+    echo "$figures/$1.ppm"
+}
+samples() {                           # NAME: what is hard to light needs more
+    case $1 in 02*) echo 4096;; 03*|06*) echo 512;; *) echo 1024;; esac
+}
+for name in "$@"; do
+    [ -s "$figures/$name.ppm" ] && [ "$figures/$name.ppm" -nt "examples/$name.c" ] && continue      # drawn before
+    sed "s/\.spp = [0-9][0-9]*/.spp = $(samples "$name")/; s|\"../pt.h\"|\"pt.h\"|" "examples/$name.c" > "$figures/$name.c"
+    if [ "$name" = 07_progressive ]; then sed 's/total == [0-9]*/total >= 512/' "examples/$name.c" | sed 's|"../pt.h"|"pt.h"|' > "$figures/$name.c"; fi
+    ${CC:-cc} -O2 -I. "$figures/$name.c" -o "$figures/$name" -lm -lpthread && "$figures/$name" "$figures/$name.ppm" > "$figures/log" &&
+        publish "$name" || exit 1
+done
+"$out/render_obj" "$out/knot.obj" --env "$out/sky.hdr" --out "$figures/knot.ppm" --ground --size 900x560 --spp 1024 --depth 32 \
+    --fov 26 --azimuth 20 --elevation 24 --material mirror --color 0.95,0.72,0.48 && publish knot
