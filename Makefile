@@ -16,7 +16,7 @@ help:                             # the default
 	@echo 'make demo      build some examples and draw their pictures into out/ (about a minute)'
 	@echo 'make test      build and run the tests; the last line is "N passed, N failed"'
 	@echo 'make bench     how fast: two scenes, OBJ reading, tree building'
-	@echo 'make figures   the pictures of the README, larger and with more samples (half an hour)'
+	@echo 'make figures   the pictures of the README, with many samples (a quarter of an hour)'
 	@echo 'make check     the compiler matrix, the symbols an object needs, the tests under sanitizers'
 	@echo 'make portable  the same pictures from other compilers, flags and machines: are all bits equal?'
 	@echo 'make fuzz      the fuzzers, FUZZ_SECONDS=$(FUZZ_SECONDS) each (needs clang)'

@@ -2083,24 +2083,23 @@ static pt_vec3 pti_texel(const pti_texture *t, int x, int y) {
     float r = pti_texel_channel(t, i);
     return t->channels == 1 ? pt_v3(r, r, r) : pt_v3(r, pti_texel_channel(t, i + 1), pti_texel_channel(t, i + 2));
 }
-/* A coordinate in pixels, taken modulo n, as a whole pixel and the rest. */
-static int pti_wrap(float x, int n, float *rest) {
+/* The two texels next to a coordinate, x in [-0.5, n - 0.5] counted in texels from the first one's middle, and how far it
+   is from the one to the other. */
+static float pti_texel_pair(float x, int n, int wrap, int *first, int *second) {
     float whole = floorf(x);
-    int i;
-    *rest = x - whole;
-    whole -= (float)n * floorf(whole / (float)n);
-    i = whole >= 0 && whole < (float)n ? (int)whole : 0;
-    return i < n ? i : n - 1;
+    int i = (int)whole;
+    *first = i >= 0 ? i : wrap ? n - 1 : 0;
+    *second = i + 1 < n ? i + 1 : wrap ? 0 : n - 1;
+    return x - whole;
 }
 /* u to the right, v down from the top; both wrap round, or v stops at the poles of a map of the sky. */
 static pt_vec3 pti_texture_bilinear(const pti_texture *t, float u, float v, int clamp_v) {
-    float fx, fy, y = v * (float)t->height - 0.5f;
+    float fx, fy;
     int x0, x1, y0, y1;
-    if (clamp_v) y = pti_clamp(y, 0, (float)(t->height - 1));
-    x0 = pti_wrap(u * (float)t->width - 0.5f, t->width, &fx);
-    y0 = pti_wrap(y, t->height, &fy);
-    x1 = x0 + 1 < t->width ? x0 + 1 : 0;
-    y1 = y0 + 1 < t->height ? y0 + 1 : clamp_v ? y0 : 0;
+    u -= floorf(u);
+    v = clamp_v ? pti_clamp(v, 0, 1) : v - floorf(v);
+    fx = pti_texel_pair(u * (float)t->width - 0.5f, t->width, 1, &x0, &x1);
+    fy = pti_texel_pair(v * (float)t->height - 0.5f, t->height, !clamp_v, &y0, &y1);
     return pti_add(pti_scale(pti_madd(pti_texel(t, x0, y0), 1 - fx, pti_scale(pti_texel(t, x1, y0), fx)), 1 - fy),
                    pti_scale(pti_madd(pti_texel(t, x0, y1), 1 - fx, pti_scale(pti_texel(t, x1, y1), fx)), fy));
 }
