@@ -3248,7 +3248,7 @@ static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, pt_vec3 org, pt_vec3 dir, uint64_t *rays) {
     const pt_scene *s = t->scene;
     pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta;
-    int depth, dim;
+    int depth;
     for (depth = 0; ; depth++) {
         pti_ray ray;
         pti_hit hit;
@@ -3267,10 +3267,9 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         if (m->emits) L = pti_add(L, pti_mul(beta, pti_material_emission(m, &x)));
         if (depth == t->max_depth) return L;
         pti_draw2(sampler, 1 + (uint32_t)depth, 0, u);
-        dim = pti_largest(potential) < 1;
-        if (dim || s->lights.count > 1 || s->density_count || m->desc.bsdf == PT_BSDF_USER)
+        if (s->lights.count > 1 || s->density_count || m->desc.bsdf == PT_BSDF_USER)
             pti_draw2(sampler, 1 + (uint32_t)depth, 1, choice);
-        if (dim && !pti_roulette(&beta, &potential, choice[1])) return L;
+        if (pti_largest(potential) < 1 && !pti_roulette(&beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &x, m, &t->weights);
         if (!pti_mixture_sample(&mix, u[0], u[1], choice[0], &step)) return L;
         beta = pti_mul(beta, step.weight);

@@ -50,20 +50,6 @@ static unsigned char *exact_copy(const void *data, size_t size) {
     if (size) memcpy(p, data, size);
     return p;
 }
-static unsigned char *file_bytes(const char *path, size_t *size) {    /* NULL: no such file */
-    FILE *f = fopen(path, "rb");
-    unsigned char *p;
-    long n;
-    if (!f) return NULL;
-    fseek(f, 0, SEEK_END);
-    n = ftell(f);
-    rewind(f);
-    p = (unsigned char *)malloc((size_t)n + 1);
-    if (!p) abort();
-    *size = fread(p, 1, (size_t)n, f);
-    fclose(f);
-    return p;
-}
 static int file_exists(const char *path) {
     FILE *f = fopen(path, "rb");
     if (f) fclose(f);

@@ -568,6 +568,20 @@ static void memory_may_run_out(void) {
 
 /* ---- files ---- */
 
+static unsigned char *file_bytes(const char *path, size_t *size) {    /* NULL: no such file */
+    FILE *f = fopen(path, "rb");
+    unsigned char *p;
+    long n;
+    if (!f) return NULL;
+    fseek(f, 0, SEEK_END);
+    n = ftell(f);
+    rewind(f);
+    p = (unsigned char *)malloc((size_t)n + 1);
+    if (!p) abort();
+    *size = fread(p, 1, (size_t)n, f);
+    fclose(f);
+    return p;
+}
 static void path_twins_write_the_same(void) {
     pt_rng rng;
     float *p;

@@ -283,26 +283,26 @@ static void groups_are_padded(void) {
             CHECK_P(stats_chi2_uniform(counts, 64));
         }
 }
-/* Samples of one pixel, one after the other: what is random in them is so from sample to sample, too. */
+/* A sample and the next one of the same pixel, over pixels: what is random in them is independent. */
 static void successive_samples(void) {
+    enum { PIXELS = 15000 };
+    static uint32_t now[PIXELS][4], next[PIXELS][4];
     int k, p, i, a, b;
     for (k = 1; k < 3; k++)
-        for (a = 0; a < 4; a++)
-            for (b = 0; b < 4; b++) {
-                int counts[256] = { 0 };
-                test_case("%s, number %d, then number %d of the next sample", kind_names[k], a, b);
-                for (p = 0; p < 100; p++)
-                    for (i = 0; i < 300; i++) {
-                        pti_sampler s = sampler_at(kinds[k], (uint32_t)p, 9, (uint32_t)i, 4, 4);
-                        uint32_t x[4], y[4];
-                        pti_draw2(&s, 1, 0, x); pti_draw2(&s, 1, 1, x + 2);
-                        s.index++;
-                        pti_draw2(&s, 1, 0, y); pti_draw2(&s, 1, 1, y + 2);
-                        if (kinds[k] == PT_SAMPLER_STRATIFIED) { x[a] *= 4; y[b] *= 4; }     /* the place in the cell */
-                        counts[(x[a] >> 28) * 16 + (y[b] >> 28)]++;
-                    }
+        for (i = 0; i < 8; i += 5) {
+            for (p = 0; p < PIXELS; p++) {
+                pti_sampler s = sampler_at(kinds[k], (uint32_t)p, 9, (uint32_t)i, 4, 4);
+                pti_draw2(&s, 1, 0, now[p]);  pti_draw2(&s, 1, 1, now[p] + 2);
+                s.index++;
+                pti_draw2(&s, 1, 0, next[p]); pti_draw2(&s, 1, 1, next[p] + 2);
+            }
+            for (a = 0; a < 4; a++) for (b = 0; b < 4; b++) {
+                int counts[256] = { 0 }, shift = kinds[k] == PT_SAMPLER_STRATIFIED ? 26 : 28;    /* the place in the cell */
+                test_case("%s, number %d of sample %d, then number %d", kind_names[k], a, i, b);
+                for (p = 0; p < PIXELS; p++) counts[(now[p][a] >> shift & 15) * 16 + (next[p][b] >> shift & 15)]++;
                 CHECK_P(stats_chi2_uniform(counts, 256));
             }
+        }
 }
 /* One pass hits every cell once, in both pairs, whatever the shape; the next pass again, shuffled otherwise. */
 static void strata_are_hit_once(void) {
