@@ -177,13 +177,13 @@ typedef struct pt_bsdf_vtable {
 } pt_bsdf_vtable;
 typedef struct pt_material_desc {
     pt_bsdf    bsdf;
-    pt_vec3    color;                                     /* diffuse: albedo. Conductor: reflectance. Dielectric: tint of
-                                                             both lobes, zero = white. In [0,1] */
+    pt_vec3    color;                                     /* diffuse: albedo. Conductor: reflectance at normal incidence.
+                                                             Dielectric: tint of both lobes, zero = white. In [0,1] */
     pt_texture color_texture;                             /* multiplies color; where color is zero, replaces it */
     float      ior;                                       /* dielectric: inside over outside; 0 = 1.5 */
     pt_vec3    emission;                                  /* radiance */
     int        two_sided;                                 /* emit to both sides; 0 = to the side of the normal */
-    const pt_bsdf_vtable *vtable;                         /* PT_BSDF_USER; kept, not copied */
+    const pt_bsdf_vtable *vtable;                         /* PT_BSDF_USER; copied */
     void      *user;
 } pt_material_desc;
 PT_DEF pt_material pt_add_material(pt_scene *s, const pt_material_desc *d);
@@ -2176,9 +2176,9 @@ static int pti_mirror_sample(void *user, const pt_vertex *x, const float u[3], p
 /* Fresnel's share of reflected light between dielectrics; eta = index behind the surface over index before it. Snell:
    sin t = sin i / eta; where that exceeds 1, all is reflected. *cos_t gets the refracted cosine. */
 static float pti_fresnel(float cos_i, float eta, float *cos_t) {
-    float sin2_t = (1 - cos_i * cos_i) / (eta * eta), s, p;
-    if (sin2_t >= 1) { *cos_t = 0; return 1; }
-    *cos_t = sqrtf(1 - sin2_t);
+    float c2 = (eta * eta - 1) + cos_i * cos_i, s, p;    /* (eta cos t)^2; exact where eta is 1 */
+    if (c2 <= 0) { *cos_t = 0; return 1; }
+    *cos_t = sqrtf(c2) / eta;
     s = (cos_i - eta * *cos_t) / (cos_i + eta * *cos_t);
     p = (eta * cos_i - *cos_t) / (eta * cos_i + *cos_t);
     return pti_min((s * s + p * p) / 2, 1);
@@ -2290,7 +2290,7 @@ static float pti_emitter_cone(const pti_emitter *e, pt_vec3 axis) {
     float s2 = e->radius * e->radius / pti_dot(axis, axis);
     return s2 < 1 ? s2 / (1 + sqrtf(1 - s2)) : 2.0f;
 }
-static int pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
+static int pti_emitter_draw(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
     pt_vec3 c[3], axis, t, b;
     pti_rect r;
     float S;
@@ -2315,30 +2315,36 @@ static int pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v,
         return 1;
     }
 }
-/* Where the ray from p along wi pierces a flat emitter: its distance, or 0. Borders count, widened by the rounding of what
-   the samplers draw. */
+/* Where the ray from p along wi pierces a flat emitter: its distance, or 0. */
 static float pti_emitter_distance(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
     pt_vec3 h = pti_cross(wi, e->e2), s = pti_sub(p, e->p), q = pti_cross(s, e->e1);
     float det = pti_dot(e->e1, h), u, v;
     if (det == 0) return 0;
     u = pti_dot(s, h) / det;
     v = pti_dot(wi, q) / det;
-    if (u < -1e-5f || v < -1e-5f) return 0;
-    if (e->kind == PTI_RECT_LIGHT ? u > 1 + 1e-5f || v > 1 + 1e-5f : u + v > 1 + 1e-5f) return 0;
+    if (u < 0 || v < 0) return 0;
+    if (e->kind == PTI_RECT_LIGHT ? u > 1 || v > 1 : u + v > 1) return 0;
     return pti_max(pti_dot(e->e2, q) / det, 0);
 }
+static int pti_emitter_in_cone(const pti_emitter *e, pt_vec3 p, pt_vec3 wi, float *one_minus_cos) {
+    pt_vec3 axis = pti_sub(e->p, p), d;
+    *one_minus_cos = pti_emitter_cone(e, axis);
+    d = pti_sub(wi, pti_normalize(axis));                /* |d|^2 = 2 (1 - cos) */
+    return *one_minus_cos >= 2 || pti_dot(d, d) <= 2 * *one_minus_cos;
+}
+/* A direction is made of floats: on the rim, rounding takes some to where the density is 0. Those are lost; were they
+   kept, what they find would count 1 / p_bsdf instead of S. (A lamp of less than 1e-5 rad loses a percent that way.) */
+static int pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
+    float S;
+    if (!pti_emitter_draw(e, p, u, v, wi)) return 0;
+    return e->kind == PTI_SPHERE_LIGHT ? pti_emitter_in_cone(e, p, *wi, &S) : pti_emitter_distance(e, p, *wi) > 0;
+}
 static float pti_emitter_pdf(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
-    pt_vec3 c[3], axis;
+    pt_vec3 c[3];
     pti_rect r;
     float S, d;
     if (!pti_emitter_faces(e, p)) return 0;
-    if (e->kind == PTI_SPHERE_LIGHT) {
-        axis = pti_sub(e->p, p);
-        S = pti_emitter_cone(e, axis);
-        axis = pti_normalize(axis);
-        c[0] = pti_sub(wi, axis);                        /* |wi - axis|^2 = 2 (1 - cos) */
-        return pti_dot(c[0], c[0]) <= 2 * S * (1 + 1e-5f) + 1e-12f ? pti_pdf_cone(S) : 0.0f;
-    }
+    if (e->kind == PTI_SPHERE_LIGHT) return pti_emitter_in_cone(e, p, wi, &S) ? pti_pdf_cone(S) : 0.0f;
     d = pti_emitter_distance(e, p, wi);
     if (!(d > 0)) return 0;
     if (e->kind == PTI_RECT_LIGHT) {
@@ -2427,16 +2433,20 @@ static int pti_lights_sample(const pti_lights *l, pt_vec3 p, uint32_t choice, fl
     }
     return pti_emitter_sample(l->emitters + n->left, p, u, v, wi);
 }
+/* Wider than the box by what the rounding of wi is at that distance, so that the tree never misses what a leaf counts. */
 static int pti_light_box_met(const pti_bounds *b, const pti_ray *r) {
-    const float lo[3] = { b->lo.x, b->lo.y, b->lo.z }, hi[3] = { b->hi.x, b->hi.y, b->hi.z };
-    float t0 = 0, t1 = FLT_MAX;
+    float lo[3], hi[3], t0 = 0, t1 = FLT_MAX, pad = 0;
     int k;
+    lo[0] = b->lo.x; lo[1] = b->lo.y; lo[2] = b->lo.z;
+    hi[0] = b->hi.x; hi[1] = b->hi.y; hi[2] = b->hi.z;
+    for (k = 0; k < 3; k++) pad = pti_max(pad, pti_max(fabsf(lo[k] - r->org[k]), fabsf(hi[k] - r->org[k])));
+    pad *= 1e-6f;
     for (k = 0; k < 3; k++) {
         int back = r->near_row[k] & 1;
-        t0 = pti_max(t0, (back ? hi[k] : lo[k]) * r->inverse[k] + r->near_add[k]);
-        t1 = pti_min(t1, (back ? lo[k] : hi[k]) * r->inverse[k] + r->far_add[k]);
+        t0 = pti_max(t0, (back ? hi[k] + pad : lo[k] - pad) * r->inverse[k] + r->near_add[k]);
+        t1 = pti_min(t1, (back ? lo[k] - pad : hi[k] + pad) * r->inverse[k] + r->far_add[k]);
     }
-    return t0 <= t1 * (1 + 64 * PTI_ULPS_8) + 1e-30f;    /* wider than needed: the borders of pti_emitter_distance */
+    return t0 <= t1 * PTI_WIDEN;
 }
 static float pti_lights_pdf(const pti_lights *l, pt_vec3 p, pt_vec3 wi) {
     struct { uint32_t node; float weight; } stack[PTI_LIGHT_DEPTH + 2];
@@ -2481,7 +2491,7 @@ typedef struct pti_environment {
 /* Direction and place on the map: u to the right from the left border (+z, seen from the middle, -z), v down from +y. */
 static void pti_direction_to_uv(pt_vec3 d, float *u, float *v) {
     *u = 0.5f + pti_atan2(d.x, -d.z) * (0.5f / PTI_PI);
-    *v = pti_acos(d.y) / PTI_PI;
+    *v = pti_atan2(sqrtf(d.x * d.x + d.z * d.z), d.y) / PTI_PI;        /* acos(y) would lose the poles */
 }
 static pt_vec3 pti_uv_to_direction(float u, float v) {
     float st, ct, sp, cp;
@@ -2510,8 +2520,7 @@ static int pti_environment_sample(const pti_environment *e, float u, float v, pt
     return 1;
 }
 static float pti_environment_pdf(const pti_environment *e, pt_vec3 wi) {       /* p(u,v) over |d wi / d(u,v)| */
-    float u, v, sine = pti_safe_sqrt(1 - wi.y * wi.y);
-    if (!(sine > 0)) return 0;
+    float u, v, sine = pti_max(sqrtf(wi.x * wi.x + wi.z * wi.z), 1e-10f);
     pti_direction_to_uv(pti_environment_turn(e, wi, -1), &u, &v);
     return pti_pdf_table2(&e->table, u, v) / (2 * PTI_PI * PTI_PI * sine);
 }
@@ -3129,9 +3138,6 @@ typedef struct pti_mixture {
     float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities */
 } pti_mixture;
 
-/* The BSDF's share never falls below this, so that f / p is bounded by 20 f / p_bsdf. */
-#define PTI_LEAST_BSDF 0.05f
-
 static pti_mixture pti_mixture_at(const pt_scene *s, const pt_vertex *x, const pti_material *m, const pt_weights *w) {
     pti_mixture mix;
     float from_lights, from_sky, rest;
@@ -3141,22 +3147,18 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pt_vertex *x, const p
     if (pti_material_delta(m, x) >= 1) return mix;
     from_lights = pti_lights_irradiance(&s->lights, x->p);
     from_sky = s->environment.textured ? PTI_PI * s->environment.mean : 0.0f;
-    if (automatic) {                                     /* half for the BSDF, half for where the light is */
+    if (automatic) {                                     /* half for the BSDF, which bounds f / p; half for the light */
         rest = from_lights + from_sky;
         if (rest > 0) { mix.lights = 0.5f * from_lights / rest; mix.environment = 0.5f * from_sky / rest; }
     } else {
         float l = from_lights > 0 ? w->lights : 0.0f, e = from_sky > 0 ? w->environment : 0.0f, all = w->bsdf + l + e;
-        if (all > 0) { mix.lights = l / all; mix.environment = e / all; }
+        if (all > 0) { mix.lights = l / all; mix.environment = e / all; mix.bsdf = w->bsdf / all; }
     }
+    if (automatic) mix.bsdf = 1 - mix.lights - mix.environment;
     mix.users = s->density_weight;
     mix.lights *= 1 - mix.users;
     mix.environment *= 1 - mix.users;
-    mix.bsdf = 1 - mix.lights - mix.environment - mix.users;
-    if (mix.bsdf < PTI_LEAST_BSDF && automatic) {
-        rest = (1 - PTI_LEAST_BSDF) / (1 - mix.bsdf);
-        mix.lights *= rest; mix.environment *= rest; mix.users *= rest;
-        mix.bsdf = PTI_LEAST_BSDF;
-    }
+    mix.bsdf *= 1 - mix.users;
     return mix;
 }
 /* Of the smooth part. */
@@ -3210,8 +3212,9 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, uint
     if (!drawn) return 0;
     step->delta = scatter.delta;
     if (scatter.delta) {
+        if (!(scatter.pdf > 0) || pti_is_zero3(scatter.f)) return 0;
         step->weight = pti_scale(scatter.f, 1 / (m->bsdf * scatter.pdf));
-        return scatter.pdf > 0;
+        return 1;
     }
     f = bsdf->vtable.eval(bsdf->user, m->x, step->wi);
     if (pti_is_zero3(f)) return 0;

@@ -6,9 +6,12 @@ shift
 figures=$out/figures
 mkdir -p "$figures" examples/images || exit 1
 
-publish() {                           # NAME: at most 200 KB
+publish() {                           # NAME KILOBYTES OPTIONS...
     if command -v convert > /dev/null; then
-        convert "$figures/$1.ppm" -strip -sampling-factor 4:2:0 -interlace Plane -define jpeg:extent=195KB "examples/images/$1.jpg"
+        name_=$1 limit=$2
+        shift 2
+        convert "$figures/$name_.ppm" "$@" -strip -interlace Plane -define jpeg:extent="${limit}KB" "examples/images/$name_.jpg"
+        set -- "$name_"
     fi
     echo "$figures/$1.ppm"
 }
@@ -20,7 +23,7 @@ for name in "$@"; do
     sed "s/\.spp = [0-9][0-9]*/.spp = $(samples "$name")/; s|\"../pt.h\"|\"pt.h\"|" "examples/$name.c" > "$figures/$name.c"
     if [ "$name" = 07_progressive ]; then sed 's/total == [0-9]*/total >= 256/' "examples/$name.c" | sed 's|"../pt.h"|"pt.h"|' > "$figures/$name.c"; fi
     ${CC:-cc} -O2 -I. "$figures/$name.c" -o "$figures/$name" -lm -lpthread && "$figures/$name" "$figures/$name.ppm" > "$figures/log" &&
-        publish "$name" || exit 1
+        publish "$name" 80 -resize 400x400 || exit 1
 done
 "$out/render_obj" "$out/knot.obj" --env "$out/sky.hdr" --out "$figures/knot.ppm" --ground --size 900x560 --spp 256 \
-    --fov 22 --azimuth -60 --elevation 38 --color 0.75,0.3,0.1 && publish knot
+    --fov 22 --azimuth -60 --elevation 38 --color 0.75,0.3,0.1 && publish knot 190

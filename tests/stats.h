@@ -5,6 +5,17 @@
 #define STATS_H
 #define STATS_PI 3.14159265358979323846
 
+/* Three numbers in [0,1), and a uniform direction. (Never draw twice among the arguments of one call: compilers differ in
+   which of them comes first, and a fixed seed then is none.) */
+static inline pt_vec3 stats_uniform3(pt_rng *rng) {
+    float x = pt_rng_float(rng), y = pt_rng_float(rng), z = pt_rng_float(rng);
+    return pt_v3(x, y, z);
+}
+static inline pt_vec3 stats_direction(pt_rng *rng) {
+    pt_vec3 u = stats_uniform3(rng);
+    return pti_sample_sphere(u.x, u.y);
+}
+
 /* ---- distributions ---- */
 
 /* Q(a, x), the regularised upper incomplete gamma function: by its series below a + 1, by a continued fraction above. */

@@ -222,7 +222,7 @@ static void bases_are_orthonormal(void) {
     int i;
     pt_rng_seed(&rng, 4, 1);
     for (i = 0; i < 100000; i++) {
-        pt_vec3 n = pti_sample_sphere(pt_rng_float(&rng), pt_rng_float(&rng)), t, b, c;
+        pt_vec3 n = stats_direction(&rng), t, b, c;
         double worst_of = 0;
         if (i < 1000) {                                  /* at the equator and at both poles */
             float z = zs[i % 10], r = (float)sqrt(fmax(1 - (double)z * z, 0)), s, co;
@@ -278,7 +278,7 @@ static void inverse_transform(void) {
     for (i = 0; i < 5000; i++) {
         double scale = scales[i % 5];
         pt_xform x = random_xform(&rng, scale), inverse;
-        pt_vec3 p = pt_v3(pt_rng_float(&rng), pt_rng_float(&rng), pt_rng_float(&rng)), v, w;
+        pt_vec3 p = stats_uniform3(&rng), v, w;
         double condition, norm = 0, inorm = 0;
         if (!CHECK(pti_xform_invert(&x, &inverse))) continue;
         for (k = 0; k < 12; k++) {
@@ -330,7 +330,7 @@ static void normals_follow(void) {
     pt_rng_seed(&rng, 6, 1);
     for (i = 0; i < 3000; i++) {
         pt_xform x = random_xform(&rng, 1), inverse;
-        pt_vec3 n = pti_sample_sphere(pt_rng_float(&rng), pt_rng_float(&rng)), t, b, m, up;
+        pt_vec3 n = stats_direction(&rng), t, b, m, up;
         if (i < 600) for (k = 0; k < 9; k++) x.m[k / 3 * 4 + k % 3] = cases[i % 6][k];
         if (fabs(pti_xform_det(&x)) < 0.05) continue;
         CHECK(pti_xform_invert(&x, &inverse));
@@ -352,7 +352,7 @@ static void transform_magnitude(void) {
     pt_rng_seed(&rng, 7, 1);
     for (i = 0; i < 100000; i++) {
         pt_xform x = random_xform(&rng, i & 1 ? 1 : 100);
-        pt_vec3 p = pt_v3(pt_rng_float(&rng) * 9, pt_rng_float(&rng), -pt_rng_float(&rng)), q = pti_xform_point(&x, p);
+        pt_vec3 p = pti_mul(stats_uniform3(&rng), pt_v3(9, 1, -1)), q = pti_xform_point(&x, p);
         double exact = (double)x.m[4] * p.x + (double)x.m[5] * p.y + (double)x.m[6] * p.z + x.m[7];
         largest = fmax(largest, fabs(q.y - exact) / pti_xform_magnitude(&x, p));
     }

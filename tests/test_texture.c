@@ -78,7 +78,7 @@ static void wraps_round(void) {
     pt_scene_destroy(s);
 }
 static void huge_coordinates(void) {
-    static const float far_off[] = { 1e7f, -1e7f, 16777217, 2147483648.f, -2147483648.f, 1e12f, -1e12f, 1e30f, 3e38f, -3e38f, -1e-30f, 1e-45f };
+    static const float far_off[] = { 1e7f, -1e7f, 16777216.f, 2147483648.f, -2147483648.f, 1e12f, -1e12f, 1e30f, 3e38f, -3e38f, -1e-30f, 1e-45f };
     pt_scene *s = random_picture(5, 4, 3);
     int i, j;
     for (i = 0; i < 12; i++) for (j = 0; j < 12; j++) {
