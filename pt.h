@@ -142,7 +142,8 @@ typedef struct pt_vertex {
    a user adds are all this one thing. sample returns 0 if it can draw none (that share of the mixture is then lost,
    not biased); pdf returns what sample draws with, per steradian, for every unit wi. Called from all render threads. */
 typedef struct pt_density_desc {
-    float weight;                                         /* share in every mixture, the BSDF's being 1 - the sum; 0 = 0.25 */
+    float weight;                                         /* share in every mixture; 0 = 0.25. What the users'
+                                                             densities leave is for the built-in parts */
     int   (*sample)(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi);
     float (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi);
     void  *user;
@@ -223,9 +224,11 @@ typedef struct pt_light_desc {
     pt_light_kind kind;                                   /* one environment a scene */
     pt_vec3 color;                                        /* radiance; multiplies the texture and the callback, there
                                                              zero = 1 */
-    pt_texture texture;                                   /* equirectangular: its middle is towards -z, its right towards +x */
+    pt_texture texture;                                   /* equirectangular: its middle is towards -z, its right
+                                                             towards +x */
     float rotate_deg;                                     /* about +y, counter-clockwise seen from above */
-    pt_vec3 (*radiance)(void *user, pt_vec3 dir);         /* instead of a texture. Sampled after a table of 256 x 128 cells */
+    pt_vec3 (*radiance)(void *user, pt_vec3 dir);         /* instead of a texture; sampled after a table of
+                                                             256 x 128 cells */
     void *user;
 } pt_light_desc;
 PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d);
@@ -599,6 +602,12 @@ static void pti_put_double(pti_text *t, double v) {
         if (i > e) { pti_put(t, "."); pti_put(t, digits + e + 1); }
         return;
     }
+    if (e < 0 && e >= -4) {                              /* 0.0123 */
+        pti_put(t, "0.");
+        for (; e < -1; e++) pti_put(t, "0");
+        pti_put(t, digits);
+        return;
+    }
     one[0] = digits[0];
     pti_put(t, one);
     if (i > 0) { pti_put(t, "."); pti_put(t, digits + 1); }
@@ -613,6 +622,7 @@ static void pti_vformat(char *out, size_t size, const char *format, va_list args
     for (; *format; format++) {
         if (*format != '%') { one[0] = *format; pti_put(&t, one); continue; }
         switch (*++format) {
+        case 0: return;
         case 's': pti_put(&t, va_arg(args, const char *)); break;
         case 'u': pti_put_uint(&t, va_arg(args, uint64_t)); break;
         case 'g': pti_put_double(&t, va_arg(args, double)); break;
@@ -752,9 +762,10 @@ static int pti_xform_invert(const pt_xform *x, pt_xform *out) {    /* Cramer, in
     int i;
     for (i = 0; i < 12; i++) a[i] = (double)x->m[i];
     if (!(det < 0 || det > 0)) return 0;
-    r[0] = (a[5] * a[10] - a[6] * a[9]) / det; r[1] = (a[2] * a[9] - a[1] * a[10]) / det; r[2] = (a[1] * a[6] - a[2] * a[5]) / det;
-    r[4] = (a[6] * a[8] - a[4] * a[10]) / det; r[5] = (a[0] * a[10] - a[2] * a[8]) / det; r[6] = (a[2] * a[4] - a[0] * a[6]) / det;
-    r[8] = (a[4] * a[9] - a[5] * a[8]) / det;  r[9] = (a[1] * a[8] - a[0] * a[9]) / det;  r[10] = (a[0] * a[5] - a[1] * a[4]) / det;
+    r[0] = a[5] * a[10] - a[6] * a[9]; r[1] = a[2] * a[9] - a[1] * a[10]; r[2] = a[1] * a[6] - a[2] * a[5];
+    r[4] = a[6] * a[8] - a[4] * a[10]; r[5] = a[0] * a[10] - a[2] * a[8]; r[6] = a[2] * a[4] - a[0] * a[6];
+    r[8] = a[4] * a[9] - a[5] * a[8];  r[9] = a[1] * a[8] - a[0] * a[9];  r[10] = a[0] * a[5] - a[1] * a[4];
+    for (i = 0; i < 12; i++) if (i % 4 < 3) r[i] /= det;
     for (i = 0; i < 12; i += 4) r[i + 3] = -(r[i] * a[3] + r[i + 1] * a[7] + r[i + 2] * a[11]);
     for (i = 0; i < 12; i++) {
         if (!(r[i] > -1e30 && r[i] < 1e30)) return 0;
@@ -1064,7 +1075,8 @@ static pt_vec3 pti_perpendicular(pt_vec3 n, pt_vec3 d) {           /* of the uni
 }
 static pt_vec3 pti_sample_triangle(pt_vec3 a, pt_vec3 b, pt_vec3 c, float S, float u, float v) {
     pt_vec3 ab = pti_sub(b, a), ac = pti_sub(c, a), side_b = pti_perpendicular(a, ab), side_c = pti_perpendicular(a, ac), d;
-    float y = fabsf(pti_dot(a, pti_cross(ab, ac))), x = pti_dot(side_b, side_c), r = sqrtf(x * x + y * y), s, t, h, sine, cosine;
+    float y = fabsf(pti_dot(a, pti_cross(ab, ac))), x = pti_dot(side_b, side_c), r = sqrtf(x * x + y * y);
+    float s, t, h, sine, cosine;
     pti_sincos(0.5f * u * S, &sine, &cosine);
     s = sine * r * pti_length(pti_add(a, b));            /* t' = s / t; both times r, and t = |b - a| / |a + b| */
     t = pti_max(y * cosine - x * sine, 0) * pti_length(ab);
@@ -1537,7 +1549,10 @@ static uint32_t pti_build_leaf(pti_builder *b, const pti_range *r) {
     size_t i;
     int corner;
     if (shape->kind != PTI_MESH) return PTI_OBJECT | ref->shape;
-    if (!pti_grow(b->allocator, &array, bvh->packet_count, &bvh->packet_capacity, sizeof *p)) { b->failed = 1; return PTI_NONE; }
+    if (!pti_grow(b->allocator, &array, bvh->packet_count, &bvh->packet_capacity, sizeof *p)) {
+        b->failed = 1;
+        return PTI_NONE;
+    }
     bvh->packets = (pti_packet *)array;
     p = bvh->packets + bvh->packet_count;
     memset(p, 0, sizeof *p);
@@ -1586,7 +1601,10 @@ static uint32_t pti_build_range(pti_builder *b, const pti_range *r) {
     uint32_t self = (uint32_t)bvh->node_count, child;
     int count, k;
     if (pti_range_is_leaf(b, r)) return pti_build_leaf(b, r);
-    if (!pti_grow(b->allocator, &array, bvh->node_count, &bvh->node_capacity, sizeof *bvh->nodes)) { b->failed = 1; return PTI_NONE; }
+    if (!pti_grow(b->allocator, &array, bvh->node_count, &bvh->node_capacity, sizeof *bvh->nodes)) {
+        b->failed = 1;
+        return PTI_NONE;
+    }
     bvh->nodes = (pti_node *)array;
     bvh->node_count++;
     count = pti_open_range(b, r, children);
@@ -1795,7 +1813,8 @@ static inline uint32_t pti_boxes_neon(const pti_node *n, const pti_ray *r, float
 PTI_INLINE float32x4_t pti_row_neon(const pti_packet *p, const pti_ray *r, int corner, int axis) {
     return vsubq_f32(vld1q_f32(p->v[corner][axis]), vdupq_n_f32(r->org[axis]));
 }
-PTI_INLINE float32x4_t pti_difference_neon(float32x4_t a, float32x4_t b, float32x4_t c, float32x4_t d) {       /* a b - c d */
+/* a b - c d */
+PTI_INLINE float32x4_t pti_difference_neon(float32x4_t a, float32x4_t b, float32x4_t c, float32x4_t d) {
     return vsubq_f32(vmulq_f32(a, b), vmulq_f32(c, d));
 }
 static inline uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
@@ -1807,7 +1826,8 @@ static inline uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r,
     float32x4_t by = vsubq_f32(pti_row_neon(p, r, 1, r->ky), vmulq_f32(sy, bz));
     float32x4_t cx = vsubq_f32(pti_row_neon(p, r, 2, r->kx), vmulq_f32(sx, cz));
     float32x4_t cy = vsubq_f32(pti_row_neon(p, r, 2, r->ky), vmulq_f32(sy, cz));
-    float32x4_t U = pti_difference_neon(cx, by, cy, bx), V = pti_difference_neon(ax, cy, ay, cx), W = pti_difference_neon(bx, ay, by, ax);
+    float32x4_t U = pti_difference_neon(cx, by, cy, bx), V = pti_difference_neon(ax, cy, ay, cx);
+    float32x4_t W = pti_difference_neon(bx, ay, by, ax);
     float32x4_t det, t, least = vminq_f32(vminq_f32(U, V), W), most = vmaxq_f32(vmaxq_f32(U, V), W);
     uint32x4_t hit = vorrq_u32(vcgeq_f32(least, zero), vcleq_f32(most, zero));
     if (!vmaxvq_u32(hit)) return 0;
@@ -1842,7 +1862,8 @@ static int pti_object_hit(const pti_shape *s, uint32_t index, const pti_ray *r, 
     hit->outer = outer; hit->prim = s->first; hit->shape = index + 1;
     return 1;
 }
-static inline int pti_packet_hit(const pti_packet *p, uint32_t mask, const pti_lanes *at, pti_hit *hit, uint32_t instance_prim) {
+static inline int pti_packet_hit(const pti_packet *p, uint32_t mask, const pti_lanes *at, pti_hit *hit,
+                                 uint32_t instance_prim) {
     int any = 0;
     for (; mask; mask &= mask - 1) {
         int k = pti_lowest_bit(mask);
@@ -1921,7 +1942,11 @@ pop:
         for (;;) {
             if (!top) return hit->found;
             child = stack[--top].child;
-            if (child == PTI_NONE && stack[top].enter < 0) { g = scene; r = world; instance = 0; instance_prim = PTI_NONE; continue; }
+            if (child == PTI_NONE && stack[top].enter < 0) {       /* the mark: back to the outer scene */
+                g = scene; r = world;
+                instance = 0; instance_prim = PTI_NONE;
+                continue;
+            }
             if (stack[top].enter <= hit->t * PTI_WIDEN) break;
         }
     }
@@ -2149,9 +2174,12 @@ static int pti_diffuse_sample(void *user, const pt_vertex *x, const float u[3], 
 }
 
 /* Delta lobes: no smooth part, and always a delta. */
-static pt_vec3 pti_no_eval(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return pt_v3(0, 0, 0); }
-static float   pti_no_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return 0; }
-static float   pti_always(void *user, const pt_vertex *x) { (void)user; (void)x; return 1; }
+static float pti_no_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return 0; }
+static float pti_always(void *user, const pt_vertex *x) { (void)user; (void)x; return 1; }
+static pt_vec3 pti_no_eval(void *user, const pt_vertex *x, pt_vec3 wi) {
+    (void)user; (void)x; (void)wi;
+    return pt_v3(0, 0, 0);
+}
 
 static pt_vec3 pti_reflect(pt_vec3 wo, pt_vec3 n) { return pti_normalize(pti_sub(pti_scale(n, 2 * pti_dot(n, wo)), wo)); }
 
@@ -2234,7 +2262,8 @@ typedef struct pti_emitter {
     pti_rect_frame frame;                                /* rectangles only */
 } pti_emitter;
 
-static pti_emitter pti_emitter_flat(pti_emitter_kind kind, pt_vec3 p, pt_vec3 e1, pt_vec3 e2, float luminance, int two_sided) {
+static pti_emitter pti_emitter_flat(pti_emitter_kind kind, pt_vec3 p, pt_vec3 e1, pt_vec3 e2, float luminance,
+                                    int two_sided) {
     pti_emitter e;
     e.frame = pti_rect_frame_of(e1, e2);
     e.kind = kind; e.p = p; e.e1 = e1; e.e2 = e2; e.luminance = luminance; e.two_sided = two_sided; e.radius = 0;
@@ -2271,7 +2300,7 @@ static int pti_emitter_faces(const pti_emitter *e, pt_vec3 p) {
 
 /* Below this solid angle the maps lose their digits, and area sampling takes over: p = d^2 / (A cos), which varies little
    over something that small. */
-#define PTI_TINY_TRIANGLE 3e-4f
+#define PTI_TINY_TRIANGLE 1e-6f
 #define PTI_TINY_RECT 1e-7f
 
 static float pti_emitter_triangle_angle(const pti_emitter *e, pt_vec3 p, pt_vec3 v[3]) {
@@ -2709,8 +2738,9 @@ PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
     grey->desc.color = pt_v3(0.5f, 0.5f, 0.5f);
     grey->vtable = pti_builtin_bsdf(PT_BSDF_DIFFUSE);
 #ifndef PT_ALLOW_FAST_MATH
-    if (pti_fuses()) pti_fail(&s->error, PT_ERR_STATE, "pt.h was compiled with -ffp-contract=fast, which breaks equal bits and "
-                              "tight meshes: compile it without, or define PT_ALLOW_FAST_MATH");
+    if (pti_fuses())
+        pti_fail(&s->error, PT_ERR_STATE, "pt.h was compiled with -ffp-contract=fast, which breaks equal bits and tight "
+                 "meshes: compile it without, or define PT_ALLOW_FAST_MATH");
 #endif
     return s;
 }
@@ -2736,7 +2766,10 @@ PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d) {
         t->width = d->width; t->height = d->height; t->channels = d->channels; t->is_float = d->is_float != 0;
         for (i = 0; i < 256; i++) t->decode[i] = d->srgb ? pti_srgb_decode((float)i / 255) : (float)i / 255;
         t->pixels = pti_alloc(&s->allocator, pti_texture_count(t), pti_texture_size(t));
-        if (!t->pixels) { pti_fail(&s->error, PT_ERR_MEMORY, "%s: out of memory for %d x %d pixels", call, d->width, d->height); return id; }
+        if (!t->pixels) {
+            pti_fail(&s->error, PT_ERR_MEMORY, "%s: out of memory for %d x %d pixels", call, d->width, d->height);
+            return id;
+        }
         memcpy(t->pixels, d->pixels, pti_texture_count(t) * pti_texture_size(t));
     }
     id.id = (uint32_t)s->texture_count;
@@ -2750,7 +2783,8 @@ PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d) {
     void *array;
     if (!pti_scene_open(s, call, d)
         || !pti_check(s, d->sample && d->pdf, call, "sample or pdf is NULL", 0)
-        || !pti_check(s, d->weight >= 0 && d->weight <= 0.95f, call, "weight must be between 0 and 0.95", d->weight)) return id;
+        || !pti_check(s, d->weight >= 0 && d->weight <= 0.95f, call, "weight must be between 0 and 0.95", d->weight))
+        return id;
     array = s->densities;
     slot = (pt_density_desc *)pti_scene_slot(s, &array, &s->density_count, &s->density_capacity, sizeof *slot);
     s->densities = (pt_density_desc *)array;
@@ -2774,7 +2808,8 @@ PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d) {
         || !pti_check(s, fabsf(d->rotate_deg) <= 36000, call, "rotate_deg must be within 36000", d->rotate_deg)
         || !pti_check_id(s, d->texture.id, s->texture_count, call, "texture")
         || !pti_check(s, !d->texture.id || !s->textures[d->texture.id - 1].eval, call,
-                      "an environment's texture must have pixels; for a callback, see radiance", (float)d->texture.id)) return id;
+                      "an environment's texture must have pixels; for a callback, see radiance", (float)d->texture.id))
+        return id;
     e->present = 1;
     e->color = d->color;
     e->radiance = d->radiance; e->user = d->user;
@@ -2792,7 +2827,8 @@ static pti_shape *pti_shape_slot(pt_scene *s, pti_shape_kind kind, size_t prims,
     pti_shape *shape;
     void *array = s->geometry.shapes;
     if (prims > PTI_INDEX(PTI_NONE) - s->geometry.prim_count) {
-        pti_fail(&s->error, PT_ERR_ARG, "a scene has room for %u triangles and other shapes, not more", (uint64_t)PTI_INDEX(PTI_NONE));
+        pti_fail(&s->error, PT_ERR_ARG, "a scene has room for %u triangles and other shapes, not more",
+                 (uint64_t)PTI_INDEX(PTI_NONE));
         return NULL;
     }
     shape = (pti_shape *)pti_scene_slot(s, &array, &s->geometry.shape_count, &s->geometry.shape_capacity, sizeof *shape);
@@ -2816,8 +2852,8 @@ static int pti_check_mesh(pt_scene *s, const pt_mesh_desc *d, size_t stride, siz
     int k;
     if (!pti_check(s, d->positions || !d->vertex_count, call, "positions is NULL", 0)) return 0;
     if (stride < 12 || stride % 4 || d->vertex_count > UINT32_MAX || d->vertex_count > SIZE_MAX / stride) {
-        pti_fail(&s->error, PT_ERR_ARG, "%s: vertex_stride is %u, it must be a multiple of 4 from 12 on, and the array must fit "
-                 "into memory", call, (uint64_t)stride);
+        pti_fail(&s->error, PT_ERR_ARG, "%s: vertex_stride is %u, it must be a multiple of 4 from 12 on, and the array "
+                 "must fit into memory", call, (uint64_t)stride);
         return 0;
     }
     if (corners % 3) {
@@ -2941,7 +2977,8 @@ PT_DEF pt_shape pt_add_sphere(pt_scene *s, pt_vec3 center, float radius, pt_mate
     pti_shape *shape;
     if (!pti_check_shape(s, "pt_add_sphere", s, m)
         || !pti_check3(s, pti_in_range3(center), "pt_add_sphere", "center must be finite and below 1e12", center)
-        || !pti_check(s, radius > 0 && pti_in_range(radius), "pt_add_sphere", "radius must be above 0 and below 1e12", radius)) return none;
+        || !pti_check(s, radius > 0 && pti_in_range(radius), "pt_add_sphere", "radius must be above 0 and below 1e12", radius))
+        return none;
     shape = pti_shape_slot(s, PTI_SPHERE, 1, m);
     if (!shape) return none;
     shape->as.sphere.center = center;
@@ -2963,8 +3000,10 @@ PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform 
     if (!pti_scene_open(s, call, of)
         || !pti_check(s, of != s, call, "a scene can not contain itself", 0)
         || !pti_check(s, of->committed, call, "commit the scene before you place it", 0)
-        || !pti_check(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself", 1)) return none;
-    for (i = 0; i < 12; i++) if (!pti_check(s, pti_in_range(x.m[i]), call, "xform must be finite and below 1e12", x.m[i])) return none;
+        || !pti_check(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself", 1))
+        return none;
+    for (i = 0; i < 12; i++)
+        if (!pti_check(s, pti_in_range(x.m[i]), call, "xform must be finite and below 1e12", x.m[i])) return none;
     if (!pti_xform_invert(&x, &inverse)) {
         pti_fail(&s->error, PT_ERR_ARG, "%s: xform has no inverse (its determinant is %g)", call, pti_xform_det(&x));
         return none;
@@ -2982,9 +3021,11 @@ PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *u
     pt_shape none = { 0 };
     pti_shape *shape;
     pt_vec3 lo = { 0, 0, 0 }, hi = { 0, 0, 0 };
-    if (!pti_check_shape(s, call, v, m) || !pti_check(s, v->bounds && v->intersect, call, "bounds or intersect is NULL", 0)) return none;
+    if (!pti_check_shape(s, call, v, m)
+        || !pti_check(s, v->bounds && v->intersect, call, "bounds or intersect is NULL", 0)) return none;
     v->bounds(user, &lo, &hi);
-    if (!pti_check3(s, pti_in_range3(lo) && lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z, call, "lo must be finite and not above hi", lo)
+    if (!pti_check3(s, pti_in_range3(lo) && lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z, call,
+                    "lo must be finite and not above hi", lo)
         || !pti_check3(s, pti_in_range3(hi), call, "hi must be finite and below 1e12", hi)) return none;
     shape = pti_shape_slot(s, PTI_USER, 1, m);
     if (!shape) return none;
@@ -3017,7 +3058,8 @@ static int pti_emitter_add_quad(pt_scene *s, pt_vec3 p, pt_vec3 u, pt_vec3 v, pt
     e.p = pti_add(pti_add(p, u), v); e.e1 = pti_neg(u); e.e2 = pti_neg(v);
     return pti_emitter_add(s, e);
 }
-static int pti_emitters_of_mesh(pt_scene *s, const pti_shape *shape, float luminance, int two_sided, const pti_instance *in) {
+static int pti_emitters_of_mesh(pt_scene *s, const pti_shape *shape, float luminance, int two_sided,
+                                const pti_instance *in) {
     uint32_t i, step = shape->as.mesh.quads ? 2 : 1;
     for (i = 0; i < shape->count; i += step) {
         pt_vec3 v[3], n;
@@ -3058,7 +3100,8 @@ static int pti_collect_emitters(pt_scene *s, const pt_scene *from, const pti_ins
         } else if (shape->kind == PTI_SPHERE && m->emits) {
             pt_vec3 c = shape->as.sphere.center;
             if (in) { c = pti_xform_point(&in->to_world, c); scale = pti_xform_uniform_scale(&in->to_world); }
-            if (!pti_emitter_add(s, pti_emitter_sphere(c, shape->as.sphere.radius * scale, luminance, m->desc.two_sided))) return 0;
+            if (!pti_emitter_add(s, pti_emitter_sphere(c, shape->as.sphere.radius * scale, luminance, m->desc.two_sided)))
+                return 0;
         }
     }
     return 1;
@@ -3298,7 +3341,7 @@ static pti_lens pti_lens_make(const pt_camera *c, int width, int height) {
     l.eye = c->eye;
     l.forward = pti_is_zero3(view) ? pt_v3(0, 0, -1) : pti_normalize(view);
     l.right = pti_normalize(pti_cross(l.forward, up));
-    if (pti_largest_abs(pti_cross(l.forward, up)) < 1e-6f) pti_basis(l.forward, &l.right, &up);      /* straight up or down */
+    if (pti_largest_abs(pti_cross(l.forward, up)) < 1e-6f) pti_basis(l.forward, &l.right, &up);   /* straight up or down */
     l.up = pti_cross(l.right, l.forward);
     pti_sincos(angle, &sine, &cosine);
     l.half_height = sine / cosine;
@@ -3364,9 +3407,9 @@ static int pti_pixel_add(pti_pixel *p, pt_vec3 c) {
 }
 
 /* ---- >>render ------------------------------------------------------------------------------------------
-   A bag of tiles that any thread may take from. A tile's work is to bring each of its pixels to the wanted number of samples,
-   counting from where it stands; so a cancelled render can go on, and more samples are just a higher aim. One lock guards
-   the bag, the counters and who is in which tile; pixels belong to whoever is in their tile. */
+   A bag of tiles that any thread may take from. A tile's work is to bring each of its pixels to the wanted number of
+   samples, counting from where it stands; so a cancelled render can go on, and more samples are just a higher aim. One
+   lock guards the bag, the counters and who is in which tile; pixels belong to whoever is in their tile. */
 
 struct pt_render {
     const pt_scene *scene;
@@ -3417,9 +3460,12 @@ static int pti_check_camera(pt_render *r, const pt_camera *c) {
     return pti_check_float(r, pti_in_range3(c->eye), c->eye.x, "camera.eye must be finite and below 1e12")
         && pti_check_float(r, pti_in_range3(c->target), c->target.x, "camera.target must be finite and below 1e12")
         && pti_check_float(r, pti_in_range3(c->up), c->up.x, "camera.up must be finite and below 1e12")
-        && pti_check_float(r, c->vfov_deg >= 0 && c->vfov_deg < 180, c->vfov_deg, "camera.vfov_deg must be below 180, or 0 for 40")
-        && pti_check_float(r, c->aperture >= 0 && pti_in_range(c->aperture), c->aperture, "camera.aperture must be finite and >= 0")
-        && pti_check_float(r, c->focus >= 0 && pti_in_range(c->focus), c->focus, "camera.focus must be finite and > 0, or 0 for the target");
+        && pti_check_float(r, c->vfov_deg >= 0 && c->vfov_deg < 180, c->vfov_deg,
+                           "camera.vfov_deg must be below 180, or 0 for 40")
+        && pti_check_float(r, c->aperture >= 0 && pti_in_range(c->aperture), c->aperture,
+                           "camera.aperture must be finite and >= 0")
+        && pti_check_float(r, c->focus >= 0 && pti_in_range(c->focus), c->focus,
+                           "camera.focus must be finite and > 0, or 0 for the target");
 }
 static int pti_check_isa(pt_render *r, const char *name, int *isa) {
     *isa = name ? pti_isa_by_name(name) : pti_isa_best();
@@ -3474,9 +3520,13 @@ PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
     if (!r) return NULL;
     r->allocator = a;
     if (s) r->error.logger = s->error.logger;
-    if (!s || !d) { pti_fail(&r->error, PT_ERR_ARG, "pt_render_create: the %s is NULL", s ? "description" : "scene"); return r; }
+    if (!s || !d) {
+        pti_fail(&r->error, PT_ERR_ARG, "pt_render_create: the %s is NULL", s ? "description" : "scene");
+        return r;
+    }
     if (!s->committed) {
-        pti_fail(&r->error, PT_ERR_STATE, "pt_render_create: the scene is not committed%s%s", *s->error.text ? ": " : "", s->error.text);
+        pti_fail(&r->error, PT_ERR_STATE, "pt_render_create: the scene is not committed%s%s", *s->error.text ? ": " : "",
+                 s->error.text);
         return r;
     }
     r->scene = s;
@@ -3511,8 +3561,8 @@ static void pti_render_pixel(pt_render *r, int x, int y, pt_stats *stats) {
         sampler.index = (uint32_t)r->desc.first_sample + p->count;
         pti_draw2(&sampler, 0, 0, u);
         if (r->lens.aperture > 0) pti_draw2(&sampler, 0, 1, v);
-        pti_lens_ray(&r->lens, ((float)x + pti_u01(u[0])) / (float)r->desc.width, ((float)y + pti_u01(u[1])) / (float)r->desc.height,
-                     pti_u01(v[0]), pti_u01(v[1]), &org, &dir);
+        pti_lens_ray(&r->lens, ((float)x + pti_u01(u[0])) / (float)r->desc.width,
+                     ((float)y + pti_u01(u[1])) / (float)r->desc.height, pti_u01(v[0]), pti_u01(v[1]), &org, &dir);
         stats->paths++;
         if (!pti_pixel_add(p, pti_path_radiance(&r->tracer, &sampler, org, dir, &stats->rays))) stats->discarded++;
     }
