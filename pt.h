@@ -1357,6 +1357,10 @@ static pt_vec3 pti_mesh_position(const pti_mesh *m, uint32_t vertex) {
     const float *p = (const float *)(const void *)((const char *)m->positions + (size_t)vertex * m->stride);
     return pt_v3(p[0], p[1], p[2]);
 }
+static pt_vec3 pti_vec3_at(const float *array, uint32_t i) {
+    const float *p = array + 3 * (size_t)i;
+    return pt_v3(p[0], p[1], p[2]);
+}
 static uint32_t pti_mesh_index(const pti_mesh *m, uint32_t triangle, int corner) {
     size_t i = (size_t)triangle * 3 + (size_t)corner;
     return m->indices ? m->indices[i] : (uint32_t)i;
@@ -1989,43 +1993,23 @@ static uint32_t pti_find_shape(const pti_geometry *g, uint32_t prim) {
     return (uint32_t)lo;
 }
 static void pti_vertex_on_triangle(const pti_mesh *m, uint32_t triangle, const pti_hit *hit, pt_vertex *x) {
-    pt_vec3 v[3], e1, e2, n;
-    float b[3], size = 0, du1, du2, dv1, dv2, det;
-    uint32_t i[3];
-    int k;
-    b[0] = 1 - hit->u - hit->v; b[1] = hit->u; b[2] = hit->v;
-    for (k = 0; k < 3; k++) { i[k] = pti_mesh_index(m, triangle, k); v[k] = pti_mesh_position(m, i[k]); }
-    x->p = pti_madd(v[0], b[0], pti_madd(v[1], b[1], pti_scale(v[2], b[2])));
-    for (k = 0; k < 3; k++) size = pti_max(size, pti_largest_abs(pti_sub(v[k], x->p)));
+    pt_vec3 a, b, c, n;
+    float w = 1 - hit->u - hit->v, size;
+    uint32_t i = pti_mesh_index(m, triangle, 0), j = pti_mesh_index(m, triangle, 1), k = pti_mesh_index(m, triangle, 2);
+    a = pti_mesh_position(m, i); b = pti_mesh_position(m, j); c = pti_mesh_position(m, k);
+    x->p = pti_madd(a, w, pti_madd(b, hit->u, pti_scale(c, hit->v)));
+    size = pti_max(pti_largest_abs(pti_sub(b, a)), pti_largest_abs(pti_sub(c, a)));
     x->error = PTI_ULPS_8 * (size + pti_largest_abs(x->p));
-    e1 = pti_sub(v[1], v[0]); e2 = pti_sub(v[2], v[0]);
-    x->ng = x->ns = pti_normalize(pti_cross(e1, e2));
-    x->u = hit->u; x->v = hit->v;
-    x->tangent = e1;
-    if (m->uvs) {
-        const float *a = m->uvs + 2 * (size_t)i[0], *c = m->uvs + 2 * (size_t)i[1], *d = m->uvs + 2 * (size_t)i[2];
-        x->u = a[0] * b[0] + c[0] * b[1] + d[0] * b[2];
-        x->v = a[1] * b[0] + c[1] * b[1] + d[1] * b[2];
-        du1 = c[0] - a[0]; dv1 = c[1] - a[1]; du2 = d[0] - a[0]; dv2 = d[1] - a[1];
-        det = du1 * dv2 - dv1 * du2;                     /* dp/du, up to its length */
-        if (det != 0) x->tangent = pti_scale(pti_sub(pti_scale(e1, dv2), pti_scale(e2, dv1)), det > 0 ? 1.0f : -1.0f);
-    }
-    if (m->normals) {
-        n = pt_v3(0, 0, 0);
-        for (k = 0; k < 3; k++) {
-            const float *q = m->normals + 3 * (size_t)i[k];
-            n = pti_madd(pt_v3(q[0], q[1], q[2]), b[k], n);
-        }
-        if (!pti_is_zero3(n)) x->ns = pti_normalize(n);
-    }
+    x->ng = x->ns = pti_normalize(pti_cross(pti_sub(b, a), pti_sub(c, a)));
+    if (!m->normals) return;
+    n = pti_madd(pti_vec3_at(m->normals, i), w,
+                 pti_madd(pti_vec3_at(m->normals, j), hit->u, pti_scale(pti_vec3_at(m->normals, k), hit->v)));
+    if (!pti_is_zero3(n)) x->ns = pti_normalize(n);
 }
 static void pti_vertex_on_sphere(const pti_sphere *s, pt_vec3 p, pt_vertex *x) {
     x->ng = x->ns = pti_normalize(pti_sub(p, s->center));
     x->p = pti_madd(x->ng, s->radius, s->center);        /* back onto the sphere */
     x->error = PTI_ULPS_8 * (pti_largest_abs(s->center) + s->radius);
-    x->u = 0.5f + pti_atan2(x->ng.x, -x->ng.z) / (2 * PTI_PI);
-    x->v = 1 - pti_acos(x->ng.y) / PTI_PI;
-    x->tangent = pt_v3(-x->ng.z, 0, x->ng.x);
 }
 /* Rounding inside the instance, seen along the normal from outside, and that of the way there and back. */
 static float pti_instance_error(const pti_instance *in, const pt_vertex *local, pt_vec3 p) {
@@ -2039,13 +2023,10 @@ static void pti_vertex_orient(pt_vertex *x) {
     if (pti_dot(x->ns, x->ng) < 0) x->ns = pti_neg(x->ns);
     facing = side * pti_dot(x->ns, x->wo);
     if (facing < 1e-3f) x->ns = pti_normalize(pti_madd(x->wo, side * (1e-3f - facing), x->ns));
-    x->tangent = pti_madd(x->ns, -pti_dot(x->ns, x->tangent), x->tangent);
-    x->tangent = pti_normalize(x->tangent);
-    if (pti_is_zero3(x->tangent)) { pt_vec3 b; pti_basis(x->ns, &x->tangent, &b); }
 }
 static void pti_vertex_fill(const pti_geometry *g, const pti_ray *ray, pti_hit *hit, pt_vertex *x) {
-    const pti_shape *outer = hit->instance ? g->shapes + (hit->instance - 1) : NULL, *s;
-    const pti_instance *in = outer ? &outer->as.instance : NULL;
+    const pti_instance *in = hit->instance ? &g->shapes[hit->instance - 1].as.instance : NULL;
+    const pti_shape *s;
     pt_vec3 org = pt_v3(ray->org[0], ray->org[1], ray->org[2]), dir = pt_v3(ray->dir[0], ray->dir[1], ray->dir[2]), p;
     if (in) g = in->of;
     if (!hit->shape) hit->shape = pti_find_shape(g, hit->prim) + 1;
@@ -2054,6 +2035,8 @@ static void pti_vertex_fill(const pti_geometry *g, const pti_ray *ray, pti_hit *
     x->t = hit->t;
     x->time = ray->time;
     x->wo = pti_neg(fabsf(pti_dot(dir, dir) - 1) < 1e-6f ? dir : pti_normalize(dir));
+    x->u = hit->u;
+    x->v = hit->v;
     x->prim = hit->prim - s->first;
     x->shape.id = hit->shape;
     x->instance.id = hit->instance;
@@ -2066,7 +2049,6 @@ static void pti_vertex_fill(const pti_geometry *g, const pti_ray *ray, pti_hit *
         x->p = p;
         x->ng = x->ns = pti_normalize(hit->ng);
         x->error = 32 * PTI_ULPS_8 * pti_largest_abs(p); /* nobody knows how well the user computes */
-        x->u = hit->u; x->v = hit->v;
     }
     if (in) {
         p = pti_xform_point(&in->to_world, x->p);
@@ -2074,9 +2056,42 @@ static void pti_vertex_fill(const pti_geometry *g, const pti_ray *ray, pti_hit *
         x->p = p;
         x->ng = pti_normalize(pti_xform_normal(&in->to_local, x->ng));
         x->ns = pti_normalize(pti_xform_normal(&in->to_local, x->ns));
-        x->tangent = pti_xform_vector(&in->to_world, x->tangent);
     }
     pti_vertex_orient(x);
+}
+
+/* Texture coordinates and the tangent, for those who ask: u and v come in as on the hit. */
+static void pti_coordinates_on_triangle(const pti_mesh *m, pt_vertex *x) {
+    pt_vec3 p[3], e1, e2;
+    float w = 1 - x->u - x->v, u = x->u, v = x->v, du1, du2, dv1, dv2, det;
+    const float *a, *b, *c;
+    pti_mesh_triangle(m, x->prim, p);
+    x->tangent = e1 = pti_sub(p[1], p[0]);
+    if (!m->uvs) return;
+    e2 = pti_sub(p[2], p[0]);
+    a = m->uvs + 2 * (size_t)pti_mesh_index(m, x->prim, 0);
+    b = m->uvs + 2 * (size_t)pti_mesh_index(m, x->prim, 1);
+    c = m->uvs + 2 * (size_t)pti_mesh_index(m, x->prim, 2);
+    x->u = a[0] * w + b[0] * u + c[0] * v;
+    x->v = a[1] * w + b[1] * u + c[1] * v;
+    du1 = b[0] - a[0]; dv1 = b[1] - a[1]; du2 = c[0] - a[0]; dv2 = c[1] - a[1];
+    det = du1 * dv2 - dv1 * du2;                         /* dp/du = (e1 dv2 - e2 dv1) / det; its length does not matter */
+    if (det != 0) x->tangent = pti_scale(pti_sub(pti_scale(e1, dv2), pti_scale(e2, dv1)), det > 0 ? 1.0f : -1.0f);
+}
+static void pti_vertex_coordinates(const pti_geometry *g, pt_vertex *x) {
+    const pti_instance *in = x->instance.id ? &g->shapes[x->instance.id - 1].as.instance : NULL;
+    const pti_shape *s = (in ? in->of : g)->shapes + (x->shape.id - 1);
+    pt_vec3 n = x->ng, b;
+    if (s->kind == PTI_MESH) pti_coordinates_on_triangle(&s->as.mesh, x);
+    else if (s->kind == PTI_SPHERE) {
+        if (in) n = pti_normalize(pti_sub(pti_xform_point(&in->to_local, x->p), s->as.sphere.center));
+        x->u = 0.5f + pti_atan2(n.x, -n.z) / (2 * PTI_PI);
+        x->v = 1 - pti_acos(n.y) / PTI_PI;
+        x->tangent = pt_v3(-n.z, 0, n.x);
+    }
+    if (in) x->tangent = pti_xform_vector(&in->to_world, x->tangent);
+    x->tangent = pti_normalize(pti_madd(x->ns, -pti_dot(x->ns, x->tangent), x->tangent));
+    if (pti_is_zero3(x->tangent)) pti_basis(x->ns, &x->tangent, &b);
 }
 /* Where a ray towards wi starts: above the surface, on wi's side. */
 static pt_vec3 pti_spawn(const pt_vertex *x, pt_vec3 wi) {
@@ -2143,6 +2158,7 @@ typedef struct pti_material {
     const pti_texture *texture;                          /* set at commit, like the next */
     void *user;                                          /* of the vtable; for built-in BSDFs, the material */
     int emits;
+    int wants_coordinates;                               /* somebody may look at u, v and tangent */
 } pti_material;
 
 static pt_vec3 pti_material_color(const pti_material *m, const pt_vertex *x) {
@@ -3120,6 +3136,7 @@ static void pti_scene_link(pt_scene *s) {                /* pointers into arrays
         pti_material *m = s->materials + i;
         m->texture = m->desc.color_texture.id ? s->textures + (m->desc.color_texture.id - 1) : NULL;
         m->user = m->desc.bsdf == PT_BSDF_USER ? m->desc.user : m;
+        m->wants_coordinates = m->texture || m->desc.bsdf == PT_BSDF_USER;
     }
     if (s->environment_texture.id) s->environment.texture = s->textures + (s->environment_texture.id - 1);
     for (i = 0; i < s->density_count; i++) s->density_weight += s->densities[i].weight;
@@ -3158,7 +3175,10 @@ static int pti_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x, int
     pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, ray->time);
     pti_hit_init(&hit, ray->tmax);
     found = pti_trace_for(s->isa)(&s->geometry, &r, &hit, any);
-    if (found && x) pti_vertex_fill(&s->geometry, &r, &hit, x);
+    if (found && x) {
+        pti_vertex_fill(&s->geometry, &r, &hit, x);
+        pti_vertex_coordinates(&s->geometry, x);
+    }
     pti_fpmode_leave(mode);
     return found;
 }
@@ -3310,6 +3330,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
             return pti_add(L, pti_mul(beta, pti_environment_radiance(&s->environment, dir)));
         pti_vertex_fill(&s->geometry, &ray, &hit, &x);
         m = pti_material_at(s, &x);
+        if (m->wants_coordinates || s->density_count) pti_vertex_coordinates(&s->geometry, &x);
         if (m->emits) L = pti_add(L, pti_mul(beta, pti_material_emission(m, &x)));
         if (depth == t->max_depth) return L;
         pti_draw2(sampler, 1 + (uint32_t)depth, 0, u);
