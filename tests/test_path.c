@@ -185,6 +185,22 @@ static void nested_shells_in_a_furnace(void) {
     }
     pt_scene_destroy(s);
 }
+/* Within glass, all is n^2 as bright; within balls in balls, by the product. */
+static void radiance_within_glass(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 1), 90, 16, 4);
+    pt_add_sphere(s, pt_v3(0, 0, 0), 2, glass(s, 1.2f));
+    pt_add_sphere(s, pt_v3(0, 0, 0), 1, glass(s, 1.5f));
+    sky(s, 1);
+    commit(s);
+    d.max_depth = 1000;
+    if (render(s, &d, rgb, NULL)) check_all(rgb, 256, 2.25 * 1.44, 2.25 * 1.44, 2.25 * 1.44, 1e-4);
+    d.camera.eye = pt_v3(0, 1.01f, 0.1f);
+    d.camera.target = pt_v3(0, 5, 0.1f);
+    d.camera.vfov_deg = 10;
+    if (render(s, &d, rgb, NULL)) check_all(rgb, 256, 1.44, 1.44, 1.44, 1e-4);
+    pt_scene_destroy(s);
+}
 /* A slab seen head on, R = 0.04, each lobe tinted c. Inside: I = c (1-R) + c R I; outside: L = c R + c (1-R) I. */
 static void tinted_slab(void) {
     static const double tint[] = { 0.9, 0.5, 0.2 };
@@ -365,7 +381,7 @@ static void depth_does_not_matter_once_large(void) {
 void test_path(void) {
     RUN(emissive_box); RUN(emissive_box_grey); RUN(emissive_box_cut_short); RUN(roulette_in_the_dark);
     RUN(roulette_keeps_the_mean); RUN(inside_an_emissive_sphere);
-    RUN(nested_shells_in_a_furnace); RUN(tinted_slab); RUN(roulette_passes_tinted_glass);
+    RUN(nested_shells_in_a_furnace); RUN(radiance_within_glass); RUN(tinted_slab); RUN(roulette_passes_tinted_glass);
     RUN(direct_light_of_a_hemisphere); RUN(direct_light_of_a_square);
     RUN(environment_only); RUN(black_surfaces); RUN(rays_are_counted); RUN(depth_does_not_matter_once_large);
 }

@@ -1,0 +1,472 @@
+/* >>bsdf: diffuse, mirror and glass against their formulas in double; furnaces; users' BSDFs. */
+#define PT_IMPLEMENTATION
+#define PT_STATIC
+#include "../pt.h"
+#include "test.h"
+#include "stats.h"
+#include "scenes.h"
+
+/* A scene that has one material, and that material. */
+static const pti_material *material_of(pt_scene *s, pt_material m) { return commit(s) ? s->materials + m.id : s->materials; }
+static int sample_of(const pti_material *m, const pt_vertex *x, float a, float b, float c, pt_scatter *out) {
+    float u[3];
+    u[0] = a; u[1] = b; u[2] = c;
+    memset(out, 0, sizeof *out);
+    return m->vtable.sample(m->user, x, u, out);
+}
+static pt_vec3 turned(pt_vec3 n, double degrees) {       /* n, tilted by that much */
+    pt_vec3 t, b;
+    pti_basis(n, &t, &b);
+    return pti_normalize(pti_madd(t, (float)sin(degrees * STATS_PI / 180), pti_scale(n, (float)cos(degrees * STATS_PI / 180))));
+}
+
+/* ---- diffuse ---- */
+
+typedef struct bounce { const pti_material *m; pt_vertex x; } bounce;
+static int bounce_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
+    bounce *b = (bounce *)ctx;
+    pt_vec3 u = stats_uniform3(rng);
+    pt_scatter s;
+    if (!sample_of(b->m, &b->x, u.x, u.y, u.z, &s)) return 0;
+    *wi = s.wi;
+    return pti_same_side(&b->x, b->x.wo, s.wi);          /* into the surface: lost */
+}
+static double bounce_pdf(void *ctx, pt_vec3 wi) {
+    const bounce *b = (const bounce *)ctx;
+    return b->m->vtable.pdf(b->m->user, &b->x, wi);
+}
+static void diffuse_directions(void) {
+    static const double cosine[] = { 1, 0.6, 0.05, 1e-5 }, tilt[] = { 0, 25, 60, 85 };
+    pt_scene *s = pt_scene_create(NULL);
+    bounce b;
+    int i, k, side;
+    b.m = material_of(s, diffuse(s, 0.7f));
+    for (i = 0; i < 4; i++) for (k = 0; k < 4; k++) for (side = -1; side < 2; side += 2) {
+        pt_vec3 ng = pti_normalize(pt_v3(0.3f, 0.8f, -0.5f)), t, u, wo;
+        double total;
+        pti_basis(ng, &t, &u);
+        wo = pti_madd(ng, (float)(side * cosine[i]), pti_scale(u, (float)sqrt(1 - cosine[i] * cosine[i])));
+        b.x = vertex_of(wo, ng, turned(ng, tilt[k]));
+        total = (1 + (double)pti_dot(b.x.ng, b.x.ns)) / 2;
+        test_case("cosine %g, normal tilted by %g, side %d", cosine[i], tilt[k], side);
+        CHECK(pti_dot(b.x.ns, b.x.wo) * (float)side > 0);
+        chi2_directions(&(chi2_directions_desc){ .sample = bounce_sample, .pdf = bounce_pdf, .ctx = &b, .total = total > 1 - 1e-6 ? 1 : total,
+                                                 .ax = side * b.x.ns.x, .ay = side * b.x.ns.y, .az = side * b.x.ns.z, .zoom = 1, .n = 20000,
+                                                 .tolerance = 0.004 });
+    }
+    pt_scene_destroy(s);
+}
+static void diffuse_values(void) {                       /* f = albedo / pi on the same side, 0 on the other; reciprocal */
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material id = pt_add_material(s, &(pt_material_desc){ .color = { 0.2f, 0.5f, 0.8f } });
+    const pti_material *m = material_of(s, id);
+    pt_rng rng;
+    int i, tested = 0;
+    pt_rng_seed(&rng, 1, 2);
+    for (i = 0; i < 20000; i++) {
+        pt_vec3 ng = stats_direction(&rng), ns = i & 1 ? ng : turned(ng, 50 * pt_rng_float(&rng)), a = stats_direction(&rng), b = stats_direction(&rng);
+        pt_vertex x = vertex_of(a, ng, ns), y = vertex_of(b, ng, ns);
+        pt_vec3 there = m->vtable.eval(m->user, &x, b), back = m->vtable.eval(m->user, &y, a);
+        double ca = fabs(pti_dot(ns, a)), cb = fabs(pti_dot(ns, b)), side = pti_dot(ng, a) * pti_dot(ng, b);
+        if (fabs(side) < 1e-5) continue;
+        if (side < 0) { CHECK(pti_is_zero3(there) && pti_is_zero3(back)); continue; }
+        if (pti_dot(ns, a) * pti_dot(ng, a) < 2e-3f || pti_dot(ns, b) * pti_dot(ng, b) < 2e-3f) continue;         /* bent */
+        tested++;
+        CHECK_NEAR(there.x / cb, 0.2 / STATS_PI, 1e-4); CHECK_NEAR(there.z / cb, 0.8 / STATS_PI, 1e-4);
+        CHECK_NEAR(there.y / cb, back.y / ca, 1e-4);
+        CHECK_NEAR(m->vtable.pdf(m->user, &x, b), cb / STATS_PI, 1e-6);
+    }
+    CHECK(tested > 5000);
+    pt_scene_destroy(s);
+}
+
+/* ---- mirror and glass, in double ---- */
+
+typedef struct vec { double x, y, z; } vec;
+static vec vec_of(pt_vec3 v) { vec r; r.x = v.x; r.y = v.y; r.z = v.z; return r; }
+static double dot_of(vec a, vec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static vec sum_of(double a, vec u, double b, vec v) {
+    vec r;
+    r.x = a * u.x + b * v.x; r.y = a * u.y + b * v.y; r.z = a * u.z + b * v.z;
+    return r;
+}
+static vec unit_of(vec v) { return sum_of(1 / sqrt(dot_of(v, v)), v, 0, v); }
+static double apart(pt_vec3 a, vec b) { vec d = sum_of(1, vec_of(a), -1, b); return sqrt(dot_of(d, d)); }
+
+static void mirrors_reflect(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    const pti_material *m = material_of(s, mirror(s, 0.3f));
+    pt_rng rng;
+    int i, bent = 0;
+    pt_rng_seed(&rng, 4, 1);
+    for (i = 0; i < 20000; i++) {
+        pt_vec3 ng = stats_direction(&rng), ns = i & 1 ? ng : turned(ng, 60 * pt_rng_float(&rng));
+        pt_vertex x = vertex_of(stats_direction(&rng), ng, ns);
+        vec n = unit_of(vec_of(x.ns)), wo = unit_of(vec_of(x.wo)), wi = sum_of(2 * dot_of(n, wo), n, -1, wo);
+        double side = dot_of(vec_of(x.ng), wo), c, k;
+        pt_scatter out;
+        CHECK(sample_of(m, &x, 0.3f, 0.4f, 0.5f, &out) && out.delta && out.pdf == 1);
+        if (fabs(dot_of(vec_of(x.ng), wi)) < 1e-5 || fabs(side) < 1e-5) continue;
+        if (side * dot_of(vec_of(x.ng), wi) < 0) {       /* into the surface: about ng instead */
+            n = unit_of(vec_of(x.ng));
+            wi = sum_of(2 * dot_of(n, wo), n, -1, wo);
+            bent++;
+        }
+        CHECK(apart(out.wi, wi) < 1e-6);
+        CHECK(pti_same_side(&x, x.wo, out.wi));
+        c = fabs(dot_of(n, wo)); k = pow(1 - c, 5);
+        CHECK_NEAR(out.f.x, 0.3f + (1 - 0.3f) * k, 2e-6);
+        CHECK(m->vtable.pdf(m->user, &x, out.wi) == 0 && pti_is_zero3(m->vtable.eval(m->user, &x, out.wi)));
+    }
+    CHECK(bent > 100);
+    pt_scene_destroy(s);
+}
+static double fresnel_of(double cos_i, double eta) {     /* Fresnel 1823; 1 beyond the critical angle */
+    double sin_t = sqrt(1 - cos_i * cos_i) / eta, cos_t, s, p;
+    if (sin_t >= 1) return 1;
+    cos_t = sqrt(1 - sin_t * sin_t);
+    s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+    p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+    return (s * s + p * p) / 2;
+}
+static void fresnel(void) {
+    static const double ior[] = { 1.0001, 1.33, 1.5, 2.4, 10, 1 / 1.0001, 1 / 1.33, 1 / 1.5, 1 / 2.4, 0.1 };
+    int i, k;
+    for (i = 0; i < 10; i++) for (k = 1; k <= 4000; k++) {
+        float c = (float)(k <= 2000 ? k / 2000.0 : pow(10, -6 * (k - 2000) / 2000.0)), eta = (float)ior[i], cos_t;
+        double f = pti_fresnel(c, eta, &cos_t), critical = eta < 1 ? sqrt(1 - (double)eta * eta) : 0, st2 = (1 - (double)c * c) / eta / eta;
+        test_case("ior %g, cosine %g", ior[i], (double)c);
+        if (eta < 1 && fabs((double)c - critical) < 1e-5) continue;      /* a step: either is right */
+        CHECK(f >= 0 && f <= 1);
+        CHECK_NEAR(f, fresnel_of(c, eta), fabs(c - critical) < 1e-2 ? 3e-3 : 6e-6);
+        CHECK(cos_t >= 0);
+        if (st2 < 1) CHECK_NEAR(cos_t * cos_t, 1 - st2, 1e-6 / (eta < 1 ? (double)eta * eta : 1));
+        else CHECK(f == 1 && cos_t == 0);
+    }
+    for (k = 1; k <= 1000; k++) {                        /* 1: nothing there, at any angle */
+        float cos_t, c = powf(10, -4 * (float)k / 1000);
+        CHECK(pti_fresnel(c, 1, &cos_t) < 1e-12f && fabsf(cos_t - c) <= 1e-6f * c);
+    }
+}
+static void glass_refracts(void) {
+    static const float ior[] = { 1.01f, 1.33f, 1.5f, 2.4f, 0.7f };
+    pt_rng rng;
+    int i, k, total = 0, inside = 0;
+    pt_rng_seed(&rng, 6, 1);
+    for (k = 0; k < 5; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        const pti_material *m = material_of(s, glass(s, ior[k]));
+        for (i = 0; i < 10000; i++) {
+            pt_vec3 ng = stats_direction(&rng);
+            pt_vertex x = vertex_of(stats_direction(&rng), ng, ng), y;
+            vec n = unit_of(vec_of(x.ng)), wo = unit_of(vec_of(x.wo)), wi, along;
+            double c = dot_of(n, wo), eta = ior[k], f, sin_i, ft = 0, fr = 0, pt = 0, pr = 0;
+            pt_scatter out, back;
+            if (fabs(c) < 2e-3) continue;
+            if (c < 0) { n = sum_of(-1, n, 0, n); c = -c; eta = 1 / eta; inside++; }
+            f = fresnel_of(c, eta);
+            sin_i = sqrt(1 - c * c);
+            test_case("ior %g, eta %g, cosine %g", (double)ior[k], eta, c);
+            if (f > 1e-7 && sample_of(m, &x, 0, 0.3f, 0.5f, &out)) {
+                wi = sum_of(2 * c, n, -1, wo);
+                CHECK(apart(out.wi, wi) < 1e-6 && out.delta);
+                CHECK_NEAR(out.f.y, out.pdf, 1e-7);
+                fr = out.f.y; pr = out.pdf;
+            }
+            if (fabs(sin_i / eta - 1) < 1e-3) continue;
+            CHECK_NEAR(fr, f, 1e-4 * f + 2e-6);
+            CHECK(sample_of(m, &x, 0.99999994f, 0.3f, 0.5f, &out));
+            if (sin_i > eta) {                           /* totally reflected */
+                CHECK(pti_same_side(&x, x.wo, out.wi) && out.pdf == 1 && out.f.x == 1);
+                total++;
+                continue;
+            }
+            CHECK(!pti_same_side(&x, x.wo, out.wi) && out.delta);
+            wi = vec_of(out.wi);
+            along = sum_of(1, wi, -dot_of(wi, n), n);
+            CHECK_NEAR(sqrt(dot_of(along, along)) * eta, sin_i, 2e-6);               /* Snell */
+            CHECK_NEAR(apart(out.wi, sum_of(-1 / eta, sum_of(1, wo, -c, n), -sqrt(1 - sin_i * sin_i / eta / eta), n)), 0, 2e-5);
+            ft = out.f.y; pt = out.pdf;
+            CHECK_NEAR(pr + pt, 1, 1e-6);
+            CHECK_NEAR(fr + ft * eta * eta, 1, 2e-6 * (1 + eta * eta));              /* nothing is lost */
+            y = vertex_of(out.wi, ng, ng);               /* and back: the same way, the same share */
+            CHECK(sample_of(m, &y, 0.99999994f, 0.3f, 0.5f, &back));
+            CHECK(apart(back.wi, wo) < 5e-5 + 6e-7 / c);
+            CHECK_NEAR(back.f.y / (eta * eta), ft * eta * eta, 1e-5 + 2e-6 * (1 + eta * eta) / c);      /* steep where grazing */
+        }
+        pt_scene_destroy(s);
+    }
+    CHECK(total > 3000 && inside > 15000);
+}
+/* Glass of index 1 is not there: down to a cosine of 1e-4, and in pictures. */
+static void ior_one_disappears(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    const pti_material *m = material_of(s, glass(s, 1));
+    pt_rng rng;
+    int i;
+    pt_rng_seed(&rng, 9, 1);
+    for (i = 0; i < 20000; i++) {
+        pt_vec3 ng = stats_direction(&rng), t, b, wo;
+        float c = powf(10, -4 * pt_rng_float(&rng)) * (i & 1 ? -1.0f : 1.0f);
+        pt_vertex x;
+        pt_scatter out;
+        pti_basis(ng, &t, &b);
+        wo = pti_madd(ng, c, pti_scale(t, sqrtf(1 - c * c)));
+        x = vertex_of(wo, ng, ng);
+        CHECK(sample_of(m, &x, i & 2 ? 0 : pt_rng_float(&rng), 0, 0, &out));
+        test_case("cosine %g", (double)c);
+        if (fabsf(c) < 2e-3f) {                          /* a normal bent a little; the direction stays all the same */
+            CHECK(pti_dot(out.wi, x.wo) < -0.99999f);
+        } else CHECK(apart(out.wi, sum_of(-1, vec_of(x.wo), 0, vec_of(x.wo))) < 1e-6);
+        CHECK_NEAR(out.f.x, 1, 1e-6);
+        CHECK_NEAR(out.pdf, 1, 1e-6);
+    }
+    pt_scene_destroy(s);
+}
+static pt_vec3 gradient(void *user, pt_vec3 d) { (void)user; return pt_v3(1 + d.x, 1.2f + d.y, 1.5f - d.z); }
+static void ior_one_in_a_picture(void) {
+    static float with[48 * 48 * 3], without[48 * 48 * 3];
+    int k, i;
+    for (k = 0; k < 4; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(1, 2, 5), pt_v3(0, 0, 0), 40, 48, 8);
+        double worst = 0;
+        pt_add_light(s, &(pt_light_desc){ .radiance = gradient });
+        if (k == 1) pt_add_sphere(s, pt_v3(0, 0, 0), 1, glass(s, 1));
+        if (k == 2) pt_add_box(s, pt_v3(-1, -0.5f, -0.7f), pt_v3(0.6f, 1, 1), NULL, glass(s, 1));
+        if (k == 3) torus(s, pt_v3(0, 0, 0), 1, 0.4f, glass(s, 1));
+        if (commit(s) && render(s, &d, k ? with : without, NULL) && k) {
+            for (i = 0; i < 48 * 48 * 3; i++) worst = fmax(worst, fabs((double)with[i] - without[i]));
+            test_case("shape %d", k);
+            CHECK_NEAR(worst, 0, 2e-5);
+        }
+        pt_scene_destroy(s);
+    }
+}
+
+/* ---- nothing is NaN ---- */
+
+static float extreme(pt_rng *rng) {                      /* in [0,1), often at or near an end */
+    float u = pt_rng_float(rng);
+    int k = (int)(pt_rng_u32(rng) % 4);
+    return k == 0 ? 0 : k == 1 ? 0.99999994f : k == 2 ? u * 1e-6f : u;
+}
+static pt_vec3 extreme_direction(pt_rng *rng) {
+    pt_vec3 d = stats_direction(rng);
+    uint32_t k = pt_rng_u32(rng) % 8;
+    if (k & 1) d.x *= 1e-6f;
+    if (k & 2) d.y *= 1e-20f;
+    if (k == 7) d.z = d.x = 0;
+    return pti_dot(d, d) > 1e-30f ? pti_normalize(d) : pt_v3(0, 0, -1);
+}
+static int sane(float x) { return x >= 0 && x < 1e10f; }
+static void no_nans(void) {
+    static const float ior[] = { 1.5f, 1, 1.000001f, 100, 0.01f };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material id[8];
+    pt_rng rng;
+    int i;
+    pt_rng_seed(&rng, 5, 5);
+    id[0] = diffuse(s, 1);
+    id[1] = mirror(s, 1);
+    id[2] = mirror(s, 0);
+    for (i = 0; i < 5; i++) id[3 + i] = glass(s, ior[i]);
+    if (commit(s)) for (i = 0; i < 1000000; i++) {
+        pt_vec3 ng = extreme_direction(&rng), ns = extreme_direction(&rng), t, b, wo = extreme_direction(&rng), wi = extreme_direction(&rng), f;
+        const pti_material *m = s->materials + id[i % 8].id;
+        float u = extreme(&rng), v = extreme(&rng), w = extreme(&rng), tilt = powf(10, -8 * pt_rng_float(&rng)), pdf;
+        pt_vertex x;
+        pt_scatter out;
+        pti_basis(ng, &t, &b);
+        switch (pt_rng_u32(&rng) % 6) {                  /* as they come, or the same, opposite, nearly perpendicular ... */
+        case 0: ns = ng; break;
+        case 1: ns = pti_neg(ng); break;
+        case 2: ns = pti_madd(ng, tilt, t); break;
+        case 3: ns = pti_neg(wo); break;
+        case 4: ns = pti_madd(t, tilt, ng); break;
+        default: break;
+        }
+        if (pt_rng_u32(&rng) % 2) wo = pti_madd(ng, i & 8 ? -tilt : tilt, b);        /* grazing */
+        x = vertex_of(wo, ng, ns);
+        if (sample_of(m, &x, u, v, w, &out)) {
+            float l = pti_length(out.wi);
+            if (!(fabsf(l - 1) < 1e-5f) || (out.delta && !(sane(out.f.x) && sane(out.f.y) && sane(out.f.z) && out.pdf >= 0 && out.pdf <= 1)))
+                FAIL("material %d, wo (%g %g %g), ng (%g %g %g), ns (%g %g %g): wi (%g %g %g), f %g, pdf %g", i % 8, (double)x.wo.x, (double)x.wo.y,
+                     (double)x.wo.z, (double)ng.x, (double)ng.y, (double)ng.z, (double)x.ns.x, (double)x.ns.y, (double)x.ns.z, (double)out.wi.x,
+                     (double)out.wi.y, (double)out.wi.z, (double)out.f.x, (double)out.pdf);
+        }
+        f = m->vtable.eval(m->user, &x, wi);
+        pdf = m->vtable.pdf(m->user, &x, wi);
+        if (!(sane(f.x) && sane(f.y) && sane(f.z) && sane(pdf))) FAIL("eval %g, pdf %g", (double)f.x, (double)pdf);
+    }
+    CHECK(i == 1000000);
+    pt_scene_destroy(s);
+}
+
+/* ---- users' BSDFs ---- */
+
+static pt_vec3 own_eval(void *user, const pt_vertex *x, pt_vec3 wi) {              /* diffuse, in our own words */
+    float c = pti_dot(pti_dot(x->ns, x->wo) < 0 ? pti_neg(x->ns) : x->ns, wi), p = c > 0 ? c * (1 / PTI_PI) : 0.0f;
+    if (!(pti_dot(x->ng, x->wo) * pti_dot(x->ng, wi) > 0)) p = 0;
+    return pti_scale(*(const pt_vec3 *)user, p);
+}
+static float own_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
+    pt_vec3 one = pt_v3(1, 1, 1);
+    (void)user;
+    return own_eval(&one, x, wi).x;
+}
+static int own_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
+    pt_vec3 n = pti_dot(x->ns, x->wo) < 0 ? pti_neg(x->ns) : x->ns, t, b, c = pti_sample_cosine(u[0], u[1]);
+    (void)user;
+    pti_basis(n, &t, &b);
+    out->wi = pti_to_world(t, b, n, c);
+    return 1;
+}
+static const pt_bsdf_vtable own = { own_eval, own_pdf, own_sample, NULL };
+static pt_material user_material(pt_scene *s, const pt_bsdf_vtable *v, void *user) {
+    return pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_USER, .vtable = v, .user = user });
+}
+static void user_diffuse_is_diffuse(void) {
+    static float rgb[2][32 * 32 * 3];
+    static pt_vec3 color = { 0.2f, 0.7f, 0.9f };
+    int lights, k;
+    for (lights = 0; lights < 3; lights++) {
+        for (k = 0; k < 2; k++) {
+            pt_scene *s = pt_scene_create(NULL);
+            pt_render_desc d = view(pt_v3(2, 3, 5), pt_v3(0, 0.5f, 0), 50, 32, 16);
+            pt_material m = k ? user_material(s, &own, &color) : pt_add_material(s, &(pt_material_desc){ .color = color });
+            pt_add_quad(s, pt_v3(-5, 0, -5), pt_v3(0, 0, 10), pt_v3(10, 0, 0), m);
+            torus(s, pt_v3(0, 0.5f, 0), 1, 0.4f, m);
+            pt_add_light(s, &(pt_light_desc){ .radiance = gradient });
+            if (lights > 0) pt_add_sphere(s, pt_v3(0, 2, 0), 0.4f, lamp(s, 5, 0));
+            if (lights > 1) pt_add_sphere(s, pt_v3(-2, 1, 0), 0.4f, lamp(s, 3, 0));
+            if (commit(s)) render(s, &d, rgb[k], NULL);
+            pt_scene_destroy(s);
+        }
+        test_case("%d lights", lights);
+        CHECK(!memcmp(rgb[0], rgb[1], sizeof rgb[0]));
+        CHECK(rgb[0][3 * 32 * 16] > 0);
+    }
+}
+/* Half mirror, half diffuse. */
+static pt_vec3 half_eval(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; return pti_scale(pt_v3(1, 1, 1), 0.5f * own_pdf(NULL, x, wi)); }
+static float half_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; return 0.5f * own_pdf(NULL, x, wi); }
+static float half_delta(void *user, const pt_vertex *x) { (void)user; (void)x; return 0.5f; }
+static int half_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
+    if (u[2] >= 0.5f) return own_sample(user, x, u, out);
+    out->wi = pti_reflect(x->wo, pti_facing_normal(x));
+    out->f = pt_v3(0.5f, 0.5f, 0.5f);
+    out->pdf = 0.5f;
+    out->delta = 1;
+    return 1;
+}
+static const pt_bsdf_vtable half_mirror = { half_eval, half_pdf, half_sample, half_delta };
+static void half_mirror_agrees(void) {
+    int k;
+    for (k = 0; k < 3; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(0, 1, 3), pt_v3(0, 0, 0), 1, 16, 256);
+        stats_moments a, b;
+        pt_add_quad(s, pt_v3(-5, 0, -5), pt_v3(0, 0, 10), pt_v3(10, 0, 0), user_material(s, &half_mirror, NULL));
+        pt_add_quad(s, pt_v3(-1, 1, -4), pt_v3(2, 0, 0), pt_v3(0, 1.5f, 0), lamp(s, 3, 0));      /* also seen in the mirror */
+        if (k > 0) pt_add_sphere(s, pt_v3(1, 1, 1), 0.5f, lamp(s, 3, 0));
+        if (k > 1) pt_add_light(s, &(pt_light_desc){ .radiance = gradient });
+        if (commit(s)) {
+            a = render_pixels(s, &d);
+            d.weights.bsdf = 1; d.seed = 7;
+            b = render_pixels(s, &d);
+            test_case("scene %d", k);
+            CHECK(stats_error(&a) < 0.01 * a.mean && stats_error(&b) < 0.01 * b.mean);
+            CHECK_P(stats_welch_test(&a, &b));
+            d.weights.lights = 9; d.weights.environment = 3; d.seed = 8;
+            a = render_pixels(s, &d);
+            CHECK_P(stats_welch_test(&a, &b));
+        }
+        pt_scene_destroy(s);
+    }
+}
+
+/* ---- furnaces: in a sky of radiance 1, what scatters all light is not to be seen ---- */
+
+static pt_vec3 one_sky(void *user, pt_vec3 d) { (void)user; (void)d; return pt_v3(1, 1, 1); }
+static void furnaces(void) {
+    static pt_vec3 white = { 1, 1, 1 };
+    int kind, shape;
+    for (kind = 0; kind < 7; kind++) for (shape = 0; shape < 3; shape++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(1, 2, 3), pt_v3(0, 0, 0), 30, 24, 64);
+        stats_moments m;
+        pt_material id = kind < 2 ? diffuse(s, 1) : kind == 2 ? mirror(s, 1) : kind == 3 ? glass(s, 1.5f) : kind == 4 ? glass(s, 2.4f)
+                       : user_material(s, kind == 5 ? &half_mirror : &own, &white);
+        if (shape == 0) pt_add_sphere(s, pt_v3(0, 0, 0), 1, id);
+        if (shape == 1) pt_add_box(s, pt_v3(-1, -0.5f, -0.7f), pt_v3(0.6f, 1, 1), NULL, id);
+        if (shape == 2) torus(s, pt_v3(0, 0, 0), 1, 0.4f, id);
+        if (kind == 1) pt_add_light(s, &(pt_light_desc){ .radiance = one_sky });     /* with a density of its own */
+        else sky(s, 1);
+        d.max_depth = 1000;
+        if (kind == 1) { d.width = d.height = 10; d.spp = shape == 2 ? 8192 : 2048; }
+        if (commit(s)) {
+            m = render_pixels(s, &d);
+            test_case("kind %d, shape %d", kind, shape);
+            check_mean(&m, 1);
+            CHECK_NEAR(m.mean, 1, 1e-3);
+        }
+        pt_scene_destroy(s);
+    }
+}
+
+/* ---- BSDFs that return NaN ---- */
+
+static pt_vec3 nan_eval(void *user, const pt_vertex *x, pt_vec3 wi) { (void)x; (void)wi; return pt_v3(*(const float *)user, 0.5f, 0.5f); }
+static int nan_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
+    float bad = *(const float *)user;
+    own_sample(user, x, u, out);
+    out->f = pt_v3(0.5f, bad, 0.5f);
+    out->pdf = 1;
+    return out->delta = 1;
+}
+static float nan_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)x; (void)wi; return *(const float *)user; }
+static int nan_direction(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
+    (void)x; (void)u;
+    out->wi = pt_v3(*(const float *)user, 1, 0);
+    return 1;
+}
+static void bad_bsdfs(void) {
+    static const pt_bsdf_vtable bad[] = { { nan_eval, own_pdf, own_sample, NULL }, { pti_no_eval, pti_no_pdf, nan_sample, pti_always },
+                                          { own_eval, nan_pdf, own_sample, NULL }, { nan_eval, own_pdf, nan_direction, NULL } };
+    static float rgb[16 * 16 * 3], value[3];
+    int k, v, i;
+    value[0] = (float)nan(""); value[1] = HUGE_VALF; value[2] = -1;
+    for (k = 0; k < 4; k++) for (v = 0; v < 3; v++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(0, 0, 5), pt_v3(0, 0, 0), 40, 16, 16);
+        pt_stats stats;
+        int finite = 1, on = 0;
+        if (k >= 2 && v) { pt_scene_destroy(s); continue; }
+        pt_add_sphere(s, pt_v3(0, 0, 0), 1, user_material(s, bad + k, &value[v]));
+        sky(s, 1);
+        if (commit(s) && render(s, &d, rgb, &stats)) {
+            test_case("bsdf %d, value %g", k, (double)value[v]);
+            for (i = 0; i < 16 * 16 * 3; i++) { finite &= rgb[i] >= 0 && rgb[i] <= 1.0001f; on += rgb[i] == 0; }
+            CHECK(finite);
+            CHECK(rgb[0] == 1);                          /* beside it */
+            if (k < 2) CHECK(on > 100 && stats.discarded * 3 >= (uint64_t)on * 16 && stats.discarded < stats.paths / 2);
+        }
+        pt_scene_destroy(s);
+    }
+}
+
+void test_bsdf(void) {
+    RUN(diffuse_directions);
+    RUN(diffuse_values);
+    RUN(mirrors_reflect);
+    RUN(fresnel);
+    RUN(glass_refracts);
+    RUN(ior_one_disappears);
+    RUN(ior_one_in_a_picture);
+    RUN(no_nans);
+    RUN(user_diffuse_is_diffuse);
+    RUN(half_mirror_agrees);
+    RUN(furnaces);
+    RUN(bad_bsdfs);
+}

@@ -1,0 +1,392 @@
+/* >>bvh: the tree finds what brute force finds, bit for bit, and is built as it says. */
+#define PT_IMPLEMENTATION
+#define PT_STATIC
+#include "../pt.h"
+#include "test.h"
+#include "meshes.h"
+
+/* ---- the tree itself ---- */
+
+typedef struct census { const pti_geometry *g; unsigned char *seen; int bad_boxes, twice, depth, most_left, leaves, lanes; } census;
+static void take_primitive(census *c, const pti_bounds *box, uint32_t prim) {
+    const pti_shape *s = c->g->shapes + pti_find_shape(c->g, prim);
+    pti_bounds b = pti_shape_bounds(s, prim - s->first, s->kind == PTI_INSTANCE ? &s->as.instance.of->bvh.bounds : NULL);
+    c->twice += c->seen[prim]++;
+    if (!(box->lo.x <= b.lo.x && box->lo.y <= b.lo.y && box->lo.z <= b.lo.z && box->hi.x >= b.hi.x && box->hi.y >= b.hi.y
+        && box->hi.z >= b.hi.z)) c->bad_boxes++;
+}
+/* waiting: how many siblings can be on the stack when a ray comes here. */
+static void take_child(census *c, uint32_t child, const pti_bounds *box, int depth, int waiting) {
+    int k, n = 0;
+    if (depth > c->depth) c->depth = depth;
+    if (waiting > c->most_left) c->most_left = waiting;
+    if (PTI_KIND(child) == PTI_INNER) {
+        const pti_node *node = c->g->bvh.nodes + child;
+        for (k = 0; k < PTI_WIDTH; k++) {
+            n += node->child[k] != PTI_NONE;
+            if (node->child[k] == PTI_NONE && node->plane[0][k] <= node->plane[1][k]) c->bad_boxes++;
+        }
+        for (k = 0; k < PTI_WIDTH; k++) {
+            pti_bounds b;
+            if (node->child[k] == PTI_NONE) continue;
+            b.lo = pt_v3(node->plane[0][k], node->plane[2][k], node->plane[4][k]);
+            b.hi = pt_v3(node->plane[1][k], node->plane[3][k], node->plane[5][k]);
+            if (!(box->lo.x <= b.lo.x && box->lo.y <= b.lo.y && box->lo.z <= b.lo.z && box->hi.x >= b.hi.x && box->hi.y >= b.hi.y
+                && box->hi.z >= b.hi.z)) c->bad_boxes++;
+            take_child(c, node->child[k], &b, depth + 1, waiting + n);
+        }
+    } else if (PTI_KIND(child) == PTI_LEAF) {
+        const pti_packet *p = c->g->bvh.packets + PTI_INDEX(child);
+        c->leaves++;
+        for (k = 0; k < PTI_LANES; k++) {                /* an unused lane is three points at the origin */
+            int corner, axis, used = 0;
+            for (corner = 0; corner < 3; corner++) for (axis = 0; axis < 3; axis++) used |= p->v[corner][axis][k] != 0;
+            if (used) { take_primitive(c, box, p->prim[k]); c->lanes++; }
+        }
+    } else if (child != PTI_NONE) take_primitive(c, box, c->g->shapes[PTI_INDEX(child)].first);
+}
+static census census_of(const pt_scene *s, double least_fill) {
+    const pti_geometry *g = &s->geometry;
+    census c = { 0, 0, 0, 0, 0, 0, 0, 0 };
+    size_t i, k;
+    int missing = 0;
+    c.g = g;
+    c.seen = (unsigned char *)calloc(g->prim_count + 1, 1);
+    take_child(&c, g->bvh.root, &g->bvh.bounds, 0, 0);
+    for (i = 0; i < g->shape_count; i++)
+        for (k = 0; k < g->shapes[i].count; k++) {
+            int wanted = 1;
+            if (g->shapes[i].kind == PTI_MESH) {
+                pt_vec3 v[3];
+                pti_mesh_triangle(&g->shapes[i].as.mesh, (uint32_t)k, v);
+                wanted = !pti_is_zero3(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0])));
+            } else if (g->shapes[i].kind == PTI_INSTANCE)
+                wanted = g->shapes[i].as.instance.of->bvh.root != PTI_NONE;
+            missing += wanted != c.seen[g->shapes[i].first + k];
+        }
+    CHECK_EQ_INT(missing, 0);
+    CHECK_EQ_INT(c.twice, 0);
+    CHECK_EQ_INT(c.bad_boxes, 0);
+    CHECK(c.depth <= PTI_MAX_DEPTH + 1);
+    CHECK(c.most_left + 1 < PTI_STACK);
+    if (c.leaves > 100) CHECK((double)c.lanes / (PTI_LANES * c.leaves) > least_fill);
+    free(c.seen);
+    return c;
+}
+
+/* ---- rays ---- */
+
+typedef struct tally { int rays, hits, wrong, occlusion, range; } tally;
+static void tally_up(const pt_scene *s, const pt_ray *ray, tally *t) {
+    const pti_geometry *g = &s->geometry;
+    pti_ray r;
+    pti_hit want, got, any;
+    float span = ray->tmax;
+    pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, ray->time);
+    pti_hit_init(&want, span); pti_hit_init(&got, span); pti_hit_init(&any, span);
+    brute_geometry(g, &r, &want, 0, 0);
+    pti_trace_for(s->isa)(g, &r, &got, 0);
+    pti_trace_for(s->isa)(g, &r, &any, 1);
+    t->rays++;
+    t->hits += want.found;
+    if (!same_hit(&want, &got) && ++t->wrong <= 2)
+        FAIL("org %.9g %.9g %.9g dir %.9g %.9g %.9g: brute force %d t %.9g prim %u, tree %d t %.9g prim %u", (double)ray->org.x,
+             (double)ray->org.y, (double)ray->org.z, (double)ray->dir.x, (double)ray->dir.y, (double)ray->dir.z, want.found,
+             (double)want.t, (unsigned)want.prim, got.found, (double)got.t, (unsigned)got.prim);
+    t->occlusion += any.found != want.found;
+    if (any.found && !(any.t >= want.t)) t->occlusion++;
+    if (got.found && !(got.t > ray->tmin && (span <= 0 || got.t < span))) t->range++;
+}
+/* n rays about a scene whose things are near `center`, some with tmin and tmax, some along axes, some at given points. */
+static tally shoot(const pt_scene *s, int n, v3 center, double size, const mesh *at, pt_rng *r) {
+    tally t = { 0, 0, 0, 0, 0 };
+    while (n--) {
+        v3 org = v3_add(center, v3_scale(ball(r), size * (n % 3 ? 2 : 0.7))), to = v3_add(center, v3_scale(ball(r), 0.7 * size));
+        pt_ray ray;
+        if (at && n % 2) to = mesh_at(at, below(r, at->vertices));
+        if (at && n % 8 == 1) org = v3_add(mesh_at(at, below(r, at->vertices)), v3_scale(ball(r), 1e-3 * size));
+        ray = ray_of(org, v3_scale(v3_sub(to, v3_rounded(org)), n % 5 ? 1 : magnitude(r, 1e-3, 1e3)));
+        if (n % 7 == 0) { if (below(r, 2)) ray.dir.x = 0; if (below(r, 2)) ray.dir.y = -0.0f; if (below(r, 2)) ray.dir.z = 0; }
+        if (ray.dir.x == 0 && ray.dir.y == 0 && ray.dir.z == 0) ray.dir.z = 1;
+        if (n % 4 == 0) ray.tmax = (float)(2 * uniform(r));
+        if (n % 4 < 2) ray.tmin = (float)uniform(r);
+        if (ray.tmax > 0 && ray.tmax < ray.tmin) ray.tmax = ray.tmin + 1;
+        tally_up(s, &ray, &t);
+    }
+    return t;
+}
+static void check_tally(const tally *t, int least) {
+    CHECK_EQ_INT(t->wrong, 0);
+    CHECK_EQ_INT(t->occlusion, 0);
+    CHECK_EQ_INT(t->range, 0);
+    if (!CHECK(t->hits >= least)) FAIL("%d hits of %d", t->hits, t->rays);
+}
+
+/* ---- soups ---- */
+
+enum { RANDOM, SAME, COPLANAR, NEEDLES, MIXED_SIZES, SERIES, CLUSTER, NEARLY_SAME, GRID, HUGE_ONES, TINY_ONES, SOUPS };
+static const char *soup_names[SOUPS] = { "random", "all the same", "coplanar", "needles", "huge and tiny", "1, 1/2, 1/4 ...", "cluster",
+    "nearly the same", "grid", "1e8", "1e-8" };
+static mesh soup(int kind, size_t n, pt_rng *r) {
+    mesh m;
+    size_t i;
+    if (kind == GRID) return mesh_cube(6, r);
+    m = mesh_new(3 * n, n);
+    for (i = 0; i < n; i++) {
+        v3 at = ball(r), a = v3_scale(ball(r), 0.1), b = v3_scale(ball(r), 0.1);
+        double s;
+        switch (kind) {
+        case SAME: at = v3_of(0.1, 0.2, 0.3); a = v3_of(0.5, 0.1, 0); b = v3_of(0, 0.6, 0.2); break;
+        case COPLANAR: at.z = a.z = b.z = 0; break;
+        case NEEDLES: a = v3_scale(direction(r), between(r, 0.5, 2)); b = v3_add(v3_scale(a, uniform(r)), v3_scale(ball(r), magnitude(r, 1e-7, 1e-2))); break;
+        case MIXED_SIZES: s = magnitude(r, 1e-5, 1e4) * 10; a = v3_scale(a, s); b = v3_scale(b, s); break;
+        case SERIES: s = pow(0.5, (double)(i % 100)); at = v3_of(s, s / 3, 0); a = v3_scale(v3_of(0, 0.2, 0.1), s); b = v3_scale(v3_of(0.1, 0, 0.3), s); break;
+        case CLUSTER: s = magnitude(r, 1e-6, 1); at = v3_scale(at, s); a = v3_scale(a, s); b = v3_scale(b, s); break;
+        case NEARLY_SAME: at = v3_scale(at, 1e-6); a = v3_of(0.5, 0.1, 0); b = v3_of(0, 0.6, 0.2); break;
+        case HUGE_ONES: at = v3_scale(at, 1e8); a = v3_scale(a, 1e8); b = v3_scale(b, 1e8); break;
+        case TINY_ONES: at = v3_scale(at, 1e-8); a = v3_scale(a, 1e-8); b = v3_scale(b, 1e-8); break;
+        }
+        mesh_add_triangle(&m, at, v3_add(at, a), v3_add(at, b));
+    }
+    return m;
+}
+static void soups_match_brute_force(void) {
+    pt_rng r;
+    int kind;
+    pt_rng_seed(&r, 1, 2);
+    for (kind = 0; kind < SOUPS; kind++) {
+        mesh m = soup(kind, 600, &r);
+        pt_scene *s = scene_of(&m);
+        double size = kind == HUGE_ONES ? 1e8 : kind == TINY_ONES ? 1e-8 : 1;
+        tally t;
+        test_case("%s", soup_names[kind]);
+        census_of(s, 0.4);
+        t = shoot(s, 4000, v3_of(0, 0, 0), size, &m, &r);
+        check_tally(&t, kind == SAME || kind == NEARLY_SAME || kind == SERIES ? 100 : 400);
+        pt_scene_destroy(s);
+        mesh_free(&m);
+    }
+}
+static void few_primitives(void) {
+    pt_rng r;
+    int n, k;
+    pt_rng_seed(&r, 2, 2);
+    for (n = 0; n <= 40; n++)
+        for (k = 0; k < 3; k++) {
+            mesh m = soup(k == 0 ? RANDOM : k == 1 ? SAME : NEEDLES, (size_t)n, &r);
+            pt_scene *s = scene_of(&m);
+            tally t;
+            test_case("%d triangles", n);
+            census_of(s, 0);
+            t = shoot(s, 200, v3_of(0, 0, 0), 1, n ? &m : NULL, &r);
+            check_tally(&t, n ? 20 : 0);
+            if (n == 0) CHECK_EQ_INT(t.hits, 0);
+            pt_scene_destroy(s);
+            mesh_free(&m);
+        }
+}
+static void large_soups(void) {
+    pt_rng r;
+    int kind;
+    pt_rng_seed(&r, 3, 2);
+    for (kind = 0; kind < 3; kind++) {
+        static const int kinds[3] = { RANDOM, CLUSTER, SAME };
+        mesh m = soup(kinds[kind], 100000, &r);
+        pt_scene *s = scene_of(&m);
+        tally t;
+        test_case("10^5, %s", soup_names[kinds[kind]]);
+        census_of(s, 0.4);
+        t = shoot(s, kind == 2 ? 10 : 40, v3_of(0, 0, 0), 1, &m, &r);
+        check_tally(&t, kind == 2 ? 1 : 5);
+        pt_scene_destroy(s);
+        mesh_free(&m);
+    }
+}
+/* Trees that want to be deep: each split takes one primitive off. */
+static void depth_is_bounded(void) {
+    pt_rng r;
+    int kind, deepest = 0;
+    pt_rng_seed(&r, 4, 2);
+    for (kind = 0; kind < 4; kind++) {
+        mesh m = mesh_new(30000, 10000);
+        pt_scene *s;
+        census c;
+        tally t;
+        int i;
+        for (i = 0; i < 10000; i++) {                    /* kind 0: powers of 2, 1: of 16, so that a bin holds one; 2: many of each; 3: nested */
+            double x = kind == 0 ? pow(2, -(i % 126)) : kind == 1 ? pow(16, -(i % 30)) : kind == 2 ? pow(16, -(i / 400)) : pow(1.01, -i);
+            v3 at = v3_of(kind == 3 ? 0 : x, 0, 0);
+            mesh_add_triangle(&m, at, v3_add(at, v3_of(x / 8, x / 8, 0)), v3_add(at, v3_of(0, x / 8, x / 4)));
+        }
+        s = scene_of(&m);
+        test_case("series %d", kind);
+        c = census_of(s, 0);
+        if (c.depth > deepest) deepest = c.depth;
+        t = shoot(s, 60, v3_of(0, 0, 0), 0.5, &m, &r);
+        check_tally(&t, 1);
+        pt_scene_destroy(s);
+        mesh_free(&m);
+    }
+    CHECK(deepest >= 5);
+    if (getenv("PT_TEST_FACTORS")) printf("    the deepest tree has %d levels, %d are allowed\n", deepest, PTI_MAX_DEPTH);
+}
+
+/* ---- other things than triangles ---- */
+
+typedef struct slab { v3 lo, hi; } slab;                 /* a user's shape: a horizontal rectangle */
+static void slab_bounds(void *user, pt_vec3 *lo, pt_vec3 *hi) {
+    const slab *b = (const slab *)user;
+    *lo = v3_float(b->lo); *hi = v3_float(b->hi);
+    lo->y = hi->y = v3_float(b->lo).y;
+}
+static int slab_hit(void *user, const pt_ray *ray, pt_vertex *x) {
+    const slab *b = (const slab *)user;
+    float px, pz;
+    if (ray->dir.y == 0) return 0;
+    x->t = ((float)b->lo.y - ray->org.y) / ray->dir.y;
+    px = ray->org.x + x->t * ray->dir.x; pz = ray->org.z + x->t * ray->dir.z;
+    x->ng = pt_v3(0, 1, 0);
+    x->u = px; x->v = pz;
+    return x->t > ray->tmin && x->t < ray->tmax && px > (float)b->lo.x && px < (float)b->hi.x && pz > (float)b->lo.z && pz < (float)b->hi.z;
+}
+#define SLABS 20
+static void add_things(pt_scene *s, slab *slabs, int spheres, pt_rng *r) {
+    static const pt_shape_vtable v = { slab_bounds, slab_hit };
+    pt_material none = { 0 };
+    int i;
+    mesh m = soup(RANDOM, 200, r);
+    for (i = 0; i < SLABS; i++) {
+        v3 c = v3_rounded(ball(r)), h = v3_of(between(r, 0.1, 0.4), 0, between(r, 0.1, 0.4));
+        slabs[i].lo = v3_sub(c, h); slabs[i].hi = v3_add(c, h);
+        pt_add_user_shape(s, &v, &slabs[i], none);
+        if (i % 5 == 0) pt_add_user_shape(s, &v, &slabs[i], none);     /* twice the same: a tie */
+    }
+    add_mesh(s, &m);
+    for (i = 0; i < spheres; i++) {
+        v3 c = ball(r);
+        float radius = (float)magnitude(r, 1e-4, 0.3);
+        pt_add_sphere(s, v3_float(c), radius, none);
+        if (i % 5 == 0) pt_add_sphere(s, v3_float(c), radius, none);
+    }
+    add_mesh(s, &m);                                     /* each triangle a second time */
+    mesh_free(&m);
+}
+static pt_xform random_xform(pt_rng *r, double move) {
+    v3 row[3];
+    pt_xform x;
+    int k;
+    rotation(r, row);
+    for (k = 0; k < 3; k++) {
+        double s = magnitude(r, 0.2, 2) * (below(r, 2) ? 1 : -1);
+        x.m[4 * k] = (float)(row[k].x * s); x.m[4 * k + 1] = (float)(row[k].y * s); x.m[4 * k + 2] = (float)(row[k].z * s);
+        x.m[4 * k + 3] = (float)between(r, -move, move);
+    }
+    return x;
+}
+static void mixed_scenes_match_brute_force(void) {
+    static slab slabs[3][SLABS];
+    pt_rng r;
+    int k;
+    pt_rng_seed(&r, 5, 2);
+    for (k = 0; k < 4; k++) {
+        pt_scene *inner[2] = { pt_scene_create(NULL), pt_scene_create(NULL) }, *s = pt_scene_create(NULL);
+        mesh m = soup(RANDOM, 300, &r);
+        tally t;
+        int i;
+        pt_xform same;
+        add_things(inner[0], slabs[0], 20, &r);
+        add_mesh(inner[1], &m);
+        committed(inner[0]); committed(inner[1]);
+        if (k != 1) add_things(s, slabs[2], 40, &r);
+        same = random_xform(&r, 0.5);
+        if (k) for (i = 0; i < 30; i++) {
+            pt_xform x = random_xform(&r, k == 3 ? 0.1 : 1.5);
+            pt_add_instance(s, inner[i % 2], i % 4 == 0 ? &same : &x); /* some in the very same place: ties across instances */
+        }
+        committed(s);
+        test_case("mix %d", k);
+        census_of(s, 0);
+        t = shoot(s, 1000, v3_of(0, 0, 0), 1.5, NULL, &r);
+        check_tally(&t, 400);
+        pt_scene_destroy(s); pt_scene_destroy(inner[0]); pt_scene_destroy(inner[1]);
+        mesh_free(&m);
+    }
+}
+/* What lies in the same place: the first that was added is seen. */
+static void ties_go_to_the_lower_id(void) {
+    pt_rng r;
+    int i, wrong = 0, hits = 0;
+    pt_rng_seed(&r, 6, 2);
+    for (i = 0; i < 300; i++) {
+        pt_scene *inner = pt_scene_create(NULL), *s = pt_scene_create(NULL);
+        mesh m = soup(SAME, 1 + below(&r, 40), &r), one = soup(SAME, 1, &r);
+        pt_material none = { 0 };
+        pt_vertex x;
+        pt_ray ray;
+        int k, copies = 1 + (int)below(&r, 20), first = (int)below(&r, 2);
+        add_mesh(inner, &m);
+        committed(inner);
+        if (i % 3 == 2) {                                /* spheres instead */
+            for (k = 0; k < copies; k++) pt_add_sphere(s, pt_v3(0.2f, 0.4f, 0.4f), 0.1f, none);
+            first = 1;
+        } else {
+            if (first) add_mesh(s, &one);
+            for (k = 0; k < copies; k++) pt_add_instance(s, inner, NULL);
+            if (!first) add_mesh(s, &one);
+        }
+        committed(s);
+        ray = ray_of(v3_scale(direction(&r), 3), v3_of(0, 0, 0));
+        ray.dir = v3_float(v3_sub(v3_of(0.25 + 0.01 * uniform(&r), 0.4, 0.36), v3_from(ray.org)));
+        if (pt_intersect(s, &ray, &x)) {
+            hits++;
+            if (i % 3 == 2) wrong += x.shape.id != 1;
+            else if (first) wrong += x.instance.id != 0 || x.shape.id != 1;
+            else wrong += x.instance.id != 1 || x.prim != 0;
+        }
+        pt_scene_destroy(s); pt_scene_destroy(inner);
+        mesh_free(&m); mesh_free(&one);
+    }
+    CHECK(hits > 200);
+    CHECK_EQ_INT(wrong, 0);
+}
+/* tmax is exclusive, tmin too, to the last bit. */
+static void ranges_are_exact(void) {
+    mesh m = mesh_new(3, 1);
+    pt_scene *s, *t = pt_scene_create(NULL);
+    pt_material none = { 0 };
+    pt_vertex x;
+    int k;
+    mesh_add_triangle(&m, v3_of(-1, -1, 0), v3_of(1, -1, 0), v3_of(0, 1, 0));
+    s = scene_of(&m);
+    pt_add_sphere(t, pt_v3(0, 0, -1), 1, none);
+    committed(t);
+    for (k = 0; k < 2; k++) {
+        const pt_scene *scene = k ? t : s;
+        pt_ray ray = ray_of(v3_of(0, 0, 3), v3_of(0, 0, -1));
+        CHECK(pt_intersect(scene, &ray, &x) && x.t == 3);
+        ray.tmax = 3;
+        CHECK(!pt_intersect(scene, &ray, &x) && !pt_occluded(scene, &ray));
+        ray.tmax = nextafterf(3, 4);
+        CHECK(pt_intersect(scene, &ray, &x) && pt_occluded(scene, &ray));
+        ray.tmax = 0; ray.tmin = 3;
+        if (k) CHECK(pt_intersect(scene, &ray, &x) && x.t == 5);       /* the far side of the sphere */
+        else CHECK(!pt_intersect(scene, &ray, &x) && !pt_occluded(scene, &ray));
+        ray.tmin = nextafterf(3, 0);
+        CHECK(pt_intersect(scene, &ray, &x) && x.t == 3);
+        ray.tmin = -5; ray.org.z = -3;                   /* nothing behind the origin, even if asked for */
+        ray.dir.z = -1;
+        CHECK(!pt_intersect(scene, &ray, &x));
+    }
+    pt_scene_destroy(s); pt_scene_destroy(t);
+    mesh_free(&m);
+}
+
+void test_bvh(void) {
+    RUN(soups_match_brute_force);
+    RUN(few_primitives);
+    RUN(large_soups);
+    RUN(depth_is_bounded);
+    RUN(mixed_scenes_match_brute_force);
+    RUN(ties_go_to_the_lower_id);
+    RUN(ranges_are_exact);
+}

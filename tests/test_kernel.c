@@ -1,0 +1,302 @@
+/* >>kernel: every instruction set finds the same, to the bit, and no box that matters is passed by. */
+#define PT_IMPLEMENTATION
+#define PT_STATIC
+#include "../pt.h"
+#include "test.h"
+#include "meshes.h"
+
+typedef struct kernels { const char *name; int isa; pti_boxes_kernel *boxes; pti_triangles_kernel *triangles; } kernels;
+static const kernels all_kernels[] = {
+    { "scalar", PTI_SCALAR_ISA, pti_boxes_scalar, pti_triangles_scalar },
+#if defined(PTI_X86)
+    { "sse2", PTI_SSE2_ISA, pti_boxes_sse2, pti_triangles_sse2 },
+    { "avx2", PTI_AVX2_ISA, pti_boxes_avx2, pti_triangles_avx2 },
+#elif defined(PTI_NEON)
+    { "neon", PTI_NEON_ISA, pti_boxes_neon, pti_triangles_neon },
+#endif
+};
+#define KERNELS ((int)(sizeof all_kernels / sizeof all_kernels[0]))
+
+static int there[KERNELS];                               /* asked once: cpuid is slow in a virtual machine */
+
+static uint32_t bits_of(float x) { uint32_t b; memcpy(&b, &x, sizeof b); return b; }
+
+/* A ray of every odd kind: zeros of both signs, denormals, short and long, from grid points and from afar. */
+static pt_ray odd_ray(pt_rng *r, v3 center, double size) {
+    v3 org = v3_add(center, v3_scale(ball(r), size * magnitude(r, 0.1, 1000))), to = v3_add(center, v3_scale(ball(r), 0.6 * size));
+    pt_ray ray;
+    float *d, length = (float)magnitude(r, 1e-6, 1e6);
+    int k;
+    if (below(r, 3) == 0) org = v3_add(center, v3_scale(v3_of((int)below(r, 5) - 2, (int)below(r, 5) - 2, (int)below(r, 5) - 2), 0.5 * size));
+    ray = ray_of(org, v3_sub(to, v3_rounded(org)));
+    d = &ray.dir.x;
+    if (below(r, 3) == 0)
+        for (k = 0; k < 3; k++)
+            switch (below(r, 6)) {
+            case 0: d[k] = 0; break;
+            case 1: d[k] = -0.0f; break;
+            case 2: d[k] = below(r, 2) ? 1e-42f : -1e-45f; break;
+            case 3: d[k] *= 1e-18f; break;
+            }
+    if (pti_largest_abs(ray.dir) < 1e-9f * (float)size) ray.dir = pt_v3(0, (float)size, 0);
+    ray.dir = pti_scale(ray.dir, below(r, 2) ? length / pti_largest_abs(ray.dir) : 1);
+    if (below(r, 4) == 0) ray.tmin = (float)uniform(r);
+    if (below(r, 4) == 0) ray.tmax = ray.tmin + (float)magnitude(r, 0.1, 10);
+    return ray;
+}
+
+/* ---- whole traversals ---- */
+
+static void compare_traces(const pt_scene *s, v3 center, double size, int n, pt_rng *r) {
+    int k, wrong[KERNELS] = { 0 }, hits = 0, i = n;
+    while (i--) {
+        pt_ray ray = odd_ray(r, center, size);
+        pti_ray p;
+        pti_hit first[2];
+        pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, 0);
+        for (k = 0; k < KERNELS; k++) {
+            pti_hit hit, any;
+            if (!there[k]) continue;
+            pti_hit_init(&hit, ray.tmax); pti_hit_init(&any, ray.tmax);
+            pti_trace_for(all_kernels[k].isa)(&s->geometry, &p, &hit, 0);
+            pti_trace_for(all_kernels[k].isa)(&s->geometry, &p, &any, 1);
+            if (k == 0) { first[0] = hit; first[1] = any; hits += hit.found; }
+            wrong[k] += !same_hit(&first[0], &hit) || first[1].found != any.found || any.found != hit.found;
+        }
+    }
+    for (k = 0; k < KERNELS; k++) if (!CHECK(wrong[k] == 0)) FAIL("%s: %d of %d rays differ from scalar", all_kernels[k].name, wrong[k], n);
+    if (!CHECK(hits > n / 20)) FAIL("%d hits of %d", hits, n);
+}
+static void all_isas_trace_the_same(void) {
+    pt_rng r;
+    int k;
+    pt_rng_seed(&r, 1, 3);
+    for (k = 0; k < 6; k++) {
+        static const double sizes[6] = { 1, 1, 1e-6, 1e7, 1, 100 };
+        mesh m = k == 0 ? mesh_cube(8, &r) : mesh_blob(k == 1 ? 2 : 12, k == 4 ? 0.3 : 0.02, &r);
+        v3 at = k == 4 ? v3_of(1000, -1100, 1200) : v3_of(0, 0, 0);
+        pt_scene *s;
+        mesh_move(&m, sizes[k], at);
+        s = scene_of(&m);
+        test_case("mesh %d", k);
+        compare_traces(s, at, sizes[k], 30000, &r);
+        pt_scene_destroy(s);
+        mesh_free(&m);
+    }
+}
+static void all_isas_trace_two_levels_the_same(void) {
+    pt_rng r;
+    int k, i;
+    pt_rng_seed(&r, 2, 3);
+    for (k = 0; k < 3; k++) {
+        mesh m = mesh_blob(6, 0.1, &r), cube = mesh_cube(4, &r);
+        pt_scene *inner = pt_scene_create(NULL), *s = pt_scene_create(NULL);
+        pt_material none = { 0 };
+        add_mesh(inner, &m);
+        for (i = 0; i < 5; i++) pt_add_sphere(inner, v3_float(v3_scale(ball(&r), 2)), 0.2f, none);
+        committed(inner);
+        for (i = 0; i < 40; i++) {
+            v3 row[3];
+            pt_xform x;
+            int j;
+            rotation(&r, row);
+            for (j = 0; j < 3; j++) {
+                double scale = (k == 1 ? magnitude(&r, 1e-3, 10) : 0.2) * (j == 1 && i % 2 ? -1 : 1);
+                x.m[4 * j] = (float)(row[j].x * scale); x.m[4 * j + 1] = (float)(row[j].y * scale); x.m[4 * j + 2] = (float)(row[j].z * scale);
+                x.m[4 * j + 3] = (float)between(&r, -1, 1);
+            }
+            if (k == 2) { x = pti_xform_or_identity(NULL); x.m[3] = (float)(i % 5 - 2) * 2; x.m[7] = (float)(i / 5 % 3) * 2; }  /* a grid that touches */
+            pt_add_instance(s, inner, &x);
+            if (i % 10 == 0) pt_add_instance(s, inner, &x);
+        }
+        add_mesh(s, &cube);
+        committed(s);
+        test_case("two levels %d", k);
+        compare_traces(s, v3_of(0, 0, 0), k == 2 ? 4 : 1.5, 20000, &r);
+        pt_scene_destroy(s); pt_scene_destroy(inner);
+        mesh_free(&m); mesh_free(&cube);
+    }
+}
+
+/* ---- triangles ---- */
+
+static void all_triangle_kernels_are_the_same(void) {
+    pt_rng r;
+    int i, k, lane, corner, axis, wrong[KERNELS] = { 0 }, hits = 0;
+    pt_rng_seed(&r, 3, 3);
+    for (i = 0; i < 200000; i++) {
+        pti_packet p;
+        pti_ray ray;
+        pt_ray o = odd_ray(&r, v3_of(0, 0, 0), 1);
+        double size = magnitude(&r, 1e-3, 10);
+        float tmax = below(&r, 2) ? FLT_MAX : (float)uniform(&r);
+        uint32_t first = 0;
+        pti_lanes want, got;
+        memset(&p, 0, sizeof p);
+        for (lane = 0; lane < PTI_LANES - (int)below(&r, 3); lane++) {
+            v3 at = v3_scale(ball(&r), 0.5);
+            for (corner = 0; corner < 3; corner++) {
+                v3 c = v3_add(at, v3_scale(ball(&r), size));
+                if (i % 3 == 0) c = v3_of(floor(2 * c.x + 0.5) / 2, floor(2 * c.y + 0.5) / 2, floor(2 * c.z + 0.5) / 2); /* on the grid of origins */
+                p.v[corner][0][lane] = (float)c.x; p.v[corner][1][lane] = (float)c.y; p.v[corner][2][lane] = (float)c.z;
+            }
+            if (i % 100 == 1) for (corner = 0; corner < 3; corner++) for (axis = 0; axis < 3; axis++) p.v[corner][axis][lane] *= i % 200 == 1 ? 1e30f : 1e-30f;
+        }
+        if (i % 2) o.dir = pti_sub(pt_v3(p.v[0][0][0], p.v[0][1][0], p.v[0][2][0]), o.org);    /* through a corner */
+        pti_ray_prepare(&ray, o.org, o.dir, o.tmin, 0);
+        for (k = 0; k < KERNELS; k++) {
+            uint32_t mask;
+            memset(&got, 0, sizeof got);
+            if (!there[k]) continue;
+            mask = all_kernels[k].triangles(&p, &ray, tmax, &got);
+            if (k == 0) { first = mask; want = got; hits += mask != 0; }
+            wrong[k] += mask != first;
+            for (lane = 0; lane < PTI_LANES; lane++)
+                if (mask >> lane & 1 && (bits_of(want.t[lane]) != bits_of(got.t[lane]) || bits_of(want.u[lane]) != bits_of(got.u[lane])
+                    || bits_of(want.v[lane]) != bits_of(got.v[lane]) || !(got.t[lane] > ray.tmin && got.t[lane] <= tmax))) wrong[k]++;
+        }
+    }
+    for (k = 0; k < KERNELS; k++) if (!CHECK(wrong[k] == 0)) FAIL("%s: %d differ from scalar", all_kernels[k].name, wrong[k]);
+    CHECK(hits > 20000);
+}
+
+/* ---- boxes ---- */
+
+/* Where the true ray enters and leaves a box, in double: closed, so that touching counts. */
+static int enters(const float lo[3], const float hi[3], const pt_ray *ray, double tmax, double *t0) {
+    const float *o = &ray->org.x, *d = &ray->dir.x;
+    double t1 = tmax;
+    int k;
+    *t0 = (double)ray->tmin;
+    for (k = 0; k < 3; k++) {
+        double a, b;
+        if (d[k] == 0) {
+            if (o[k] < lo[k] || o[k] > hi[k]) return 0;
+            continue;
+        }
+        a = ((double)lo[k] - (double)o[k]) / (double)d[k];
+        b = ((double)hi[k] - (double)o[k]) / (double)d[k];
+        *t0 = fmax(*t0, fmin(a, b));
+        t1 = fmin(t1, fmax(a, b));
+    }
+    return *t0 <= t1;
+}
+static void box_kernels_are_conservative(void) {
+    pt_rng r;
+    int i, j, k, missed[KERNELS] = { 0 }, late[KERNELS] = { 0 }, met = 0, passed_by = 0, extra = 0;
+    pt_rng_seed(&r, 4, 3);
+    for (i = 0; i < 200000; i++) {
+        pti_node n;
+        double size = magnitude(&r, 1e-6, 1e6), entry[PTI_WIDTH];
+        v3 center = below(&r, 2) ? v3_of(0, 0, 0) : v3_scale(ball(&r), 1000 * size);
+        pt_ray o = odd_ray(&r, center, size);
+        float tmax = below(&r, 2) ? FLT_MAX : (float)magnitude(&r, 1e-3, 1e3), *org = &o.org.x;
+        uint32_t must = 0;
+        int used = 1 + (int)below(&r, PTI_WIDTH), axis;
+        pti_bounds nowhere = pti_bounds_empty();
+        pti_ray ray;
+        for (j = 0; j < PTI_WIDTH; j++) {
+            float lo[3], hi[3];
+            v3 c = v3_add(center, v3_scale(ball(&r), 0.6 * size)), h = v3_scale(v3_of(uniform(&r), uniform(&r), uniform(&r)), 0.5 * size);
+            pti_bounds b;
+            if (i % 3 == 0) h = v3_scale(h, magnitude(&r, 1e-6, 1));
+            if (below(&r, 4) == 0) h.x = 0;              /* flat */
+            if (below(&r, 8) == 0) h.y = 0;
+            if (i % 5 == 0) { c = v3_add(center, v3_scale(v3_of((int)below(&r, 3) - 1, (int)below(&r, 3) - 1, (int)below(&r, 3) - 1), 0.5 * size)); h = v3_of(size / 2, size / 2, size / 2); }
+            b.lo = v3_float(v3_sub(c, h)); b.hi = v3_float(v3_add(c, h));
+            if (below(&r, 8) == 0) b.lo.x = org[0];      /* the origin on a plane */
+            if (below(&r, 8) == 0) b.hi.y = org[1];
+            if (below(&r, 8) == 0) b.hi.z = org[2];
+            if (b.lo.x > b.hi.x || b.lo.y > b.hi.y || b.lo.z > b.hi.z || j >= used) { pti_node_set(&n, j, &nowhere, PTI_NONE); continue; }
+            pti_node_set(&n, j, &b, (uint32_t)j);
+            for (axis = 0; axis < 3; axis++) { lo[axis] = n.plane[2 * axis][j]; hi[axis] = n.plane[2 * axis + 1][j]; }
+            must |= (uint32_t)enters(lo, hi, &o, (double)tmax, &entry[j]) << j;
+        }
+        pti_ray_prepare(&ray, o.org, o.dir, o.tmin, 0);
+        for (k = 0; k < KERNELS; k++) {
+            float enter[PTI_WIDTH];
+            uint32_t mask;
+            if (!there[k]) continue;
+            mask = all_kernels[k].boxes(&n, &ray, tmax, enter);
+            missed[k] += (must & ~mask) != 0;
+            for (j = 0; j < PTI_WIDTH; j++) {
+                if (n.child[j] == PTI_NONE) { extra += mask >> j & 1; continue; }
+                if (must >> j & 1 && mask >> j & 1 && (double)enter[j] > entry[j] * (double)PTI_WIDEN + 1e-45) late[k]++;
+                if (k == 0) { met += must >> j & 1; passed_by += !(mask >> j & 1); }
+            }
+        }
+    }
+    for (k = 0; k < KERNELS; k++) {
+        if (!CHECK(missed[k] == 0)) FAIL("%s misses a box %d times", all_kernels[k].name, missed[k]);
+        if (!CHECK(late[k] == 0)) FAIL("%s enters too late %d times, which may hide a nearer hit", all_kernels[k].name, late[k]);
+    }
+    CHECK_EQ_INT(extra, 0);                              /* unused children are never met */
+    CHECK(met > 20000 && passed_by > 100000);            /* nor are all the others */
+}
+/* Rays that can not be: nothing is found, nothing hangs. */
+static void senseless_rays(void) {
+    pt_rng r;
+    mesh m;
+    pt_scene *s;
+    pt_material none = { 0 };
+    int i, found = 0;
+    pt_rng_seed(&r, 5, 3);
+    m = mesh_blob(4, 0.1, &r);
+    s = pt_scene_create(NULL);
+    add_mesh(s, &m);
+    pt_add_sphere(s, pt_v3(3, 0, 0), 1, none);
+    committed(s);
+    for (i = 0; i < 5000; i++) {
+        pt_ray ray = odd_ray(&r, v3_of(0, 0, 0), 1);
+        pt_vertex x;
+        volatile float zero = 0;
+        float bad = i % 3 == 0 ? zero / zero : i % 3 == 1 ? 1 / zero : -1 / zero;
+        switch (below(&r, 5)) {
+        case 0: ray.dir = pt_v3(0, -0.0f, 0); break;
+        case 1: ray.dir.y = bad; break;
+        case 2: ray.org.z = bad; break;
+        case 3: ray.org = pt_v3(bad, bad, bad); break;
+        case 4: ray.dir = pt_v3(bad, bad, bad); break;
+        }
+        found += pt_intersect(s, &ray, &x);
+    }
+    CHECK_EQ_INT(found, 0);
+    pt_scene_destroy(s);
+    mesh_free(&m);
+}
+/* Directions of any length find the same triangle. */
+static void any_length_of_direction(void) {
+    pt_rng r;
+    mesh m;
+    pt_scene *s;
+    int i, e, wrong = 0;
+    pt_rng_seed(&r, 6, 3);
+    m = mesh_blob(8, 0.1, &r);
+    s = scene_of(&m);
+    for (i = 0; i < 2000; i++)
+        for (e = -60; e <= 60; e += 10) {                /* powers of two, so that nothing rounds differently */
+            v3 org = v3_scale(direction(&r), 5);
+            pt_ray ray = ray_of(org, v3_sub(v3_scale(ball(&r), 0.8), org));
+            pt_vertex x, y;
+            int hit;
+            if (i % 4 == 0) { ray.org.x = 0.25f; ray.dir.x = 0; }
+            hit = pt_intersect(s, &ray, &x);
+            ray.dir = pti_scale(ray.dir, (float)ldexp(1, e));
+            wrong += pt_intersect(s, &ray, &y) != hit;
+            if (hit) wrong += x.prim != y.prim || x.p.x != y.p.x || (double)y.t != ldexp((double)x.t, -e);
+        }
+    CHECK_EQ_INT(wrong, 0);
+    pt_scene_destroy(s);
+    mesh_free(&m);
+}
+
+void test_kernel(void) {
+    int k;
+    for (k = 0; k < KERNELS; k++) there[k] = pti_isa_supported(all_kernels[k].isa);
+    RUN(all_isas_trace_the_same);
+    RUN(all_isas_trace_two_levels_the_same);
+    RUN(all_triangle_kernels_are_the_same);
+    RUN(box_kernels_are_conservative);
+    RUN(senseless_rays);
+    RUN(any_length_of_direction);
+}

@@ -1,0 +1,573 @@
+/* >>mixture: the one density against what it draws, its weights, and pictures, which no weights may change. */
+#define PT_IMPLEMENTATION
+#define PT_STATIC
+#include "../pt.h"
+#include "test.h"
+#include "stats.h"
+#include "scenes.h"
+
+/* ---- parts of scenes ---- */
+
+static pt_material colored(pt_scene *s, float r, float g, float b) {
+    return pt_add_material(s, &(pt_material_desc){ .color = { r, g, b } });
+}
+static void quad(pt_scene *s, float x, float y, float z, float ux, float uy, float uz, float vx, float vy, float vz, pt_material m) {
+    pt_add_quad(s, pt_v3(x, y, z), pt_v3(ux, uy, uz), pt_v3(vx, vy, vz), m);
+}
+static void floor_of(pt_scene *s, float half, pt_material m) { quad(s, -half, 0, half, 2 * half, 0, 0, 0, 0, -2 * half, m); }
+/* Scatters all round: nothing that the mixture draws is lost. */
+static pt_vec3 round_eval(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return pt_v3(0.05f, 0.05f, 0.05f); }
+static float   round_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return pti_pdf_sphere(); }
+static int round_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
+    (void)user; (void)x;
+    out->wi = pti_sample_sphere(u[0], u[1]);
+    return 1;
+}
+static pt_material all_round(pt_scene *s) {
+    static const pt_bsdf_vtable v = { round_eval, round_pdf, round_sample, NULL };
+    return pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_USER, .vtable = &v });
+}
+/* A coat: a mirror's delta with probability 0.3, else diffuse. */
+static pt_vec3 coat_eval(void *user, const pt_vertex *x, pt_vec3 wi) {
+    float f = pti_same_side(x, x->wo, wi) ? 0.6f * pti_pdf_cosine(pti_dot(pti_facing_normal(x), wi)) : 0.0f;
+    (void)user;
+    return pt_v3(f, f, f);
+}
+static float coat_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { return coat_eval(user, x, wi).x * (0.7f / 0.6f); }
+static int coat_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
+    pt_vec3 n = pti_facing_normal(x), t, b;
+    (void)user;
+    if (u[2] < 0.3f) {
+        out->wi = pti_reflect(x->wo, n);
+        out->f = pt_v3(0.25f, 0.25f, 0.25f); out->pdf = 0.3f; out->delta = 1;
+        return 1;
+    }
+    pti_basis(n, &t, &b);
+    out->wi = pti_to_world(t, b, n, pti_sample_cosine(u[0], u[1]));
+    return 1;
+}
+static float coat_delta(void *user, const pt_vertex *x) { (void)user; (void)x; return 0.3f; }
+static pt_material coat(pt_scene *s) {
+    static const pt_bsdf_vtable v = { coat_eval, coat_pdf, coat_sample, coat_delta };
+    return pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_USER, .vtable = &v });
+}
+/* Densities: all directions; all of them, but every second time none; a cone about +y. */
+static int sphere_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) {
+    (void)user; (void)x;
+    *wi = pti_sample_sphere(u[0], u[1]);
+    return 1;
+}
+static float sphere_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return pti_pdf_sphere(); }
+static int lossy_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) {
+    (void)user; (void)x;
+    if (u[0] < 0.5f) return 0;
+    *wi = pti_sample_sphere(2 * u[0] - 1, u[1]);
+    return 1;
+}
+static float lossy_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { return sphere_pdf(user, x, wi) / 2; }
+static float cone_size = 0.3f;                           /* 1 - cos */
+static int cone_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) {
+    pt_vec3 c = pti_sample_cone(*(float *)user, u[0], u[1]);
+    (void)x;
+    *wi = pt_v3(c.x, c.z, c.y);
+    return 1;
+}
+static float cone_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
+    pt_vec3 d = pti_sub(wi, pt_v3(0, 1, 0));
+    (void)x;
+    return pti_dot(d, d) <= 2 * *(float *)user ? pti_pdf_cone(*(float *)user) : 0;
+}
+static void add_sphere(pt_scene *s, float w) {
+    pt_add_density(s, &(pt_density_desc){ .weight = w, .sample = sphere_sample, .pdf = sphere_pdf });
+}
+static void add_lossy(pt_scene *s, float w) {
+    pt_add_density(s, &(pt_density_desc){ .weight = w, .sample = lossy_sample, .pdf = lossy_pdf });
+}
+static void add_cone(pt_scene *s, float w) {
+    pt_add_density(s, &(pt_density_desc){ .weight = w, .sample = cone_sample, .pdf = cone_pdf, .user = &cone_size });
+}
+/* A dim sky with a sun of some ten degrees, 30 times as bright; even: the same above and below. */
+#define SKY_W 16
+#define SKY_H 8
+static void sunny(pt_scene *s, float scale, int even) {
+    static float map[SKY_W * SKY_H];
+    int i;
+    for (i = 0; i < SKY_W * SKY_H; i++) map[i] = 0.3f + 0.02f * (float)(i % SKY_W);
+    map[2 * SKY_W + 5] = map[2 * SKY_W + 6] = 9;
+    if (even) map[5 * SKY_W + 5] = map[5 * SKY_W + 6] = 9;
+    pt_add_light(s, &(pt_light_desc){ .texture = grey_map(s, map, SKY_W, SKY_H), .rotate_deg = 20,
+                                      .color = { scale, scale, scale * 0.8f } });
+}
+
+/* ---- the density against what it draws ---- */
+
+static const pt_weights automatic = { 0, 0, 0 };
+
+typedef struct mix_test { pti_mixture mix; pt_vertex x; const pti_material *m; } mix_test;
+/* The mixture where a ray from above meets the floor. */
+static int mix_at(mix_test *t, const pt_scene *s, float x, float z, pt_weights w) {
+    pt_ray ray;
+    memset(&ray, 0, sizeof ray);
+    ray.org = pt_v3(x + 0.05f, 0.1f, z - 0.02f);
+    ray.dir = pt_v3(-0.05f, -0.1f, 0.02f);
+    if (!CHECK(pt_intersect(s, &ray, &t->x))) return 0;
+    t->m = pti_material_at(s, &t->x);
+    t->mix = pti_mixture_at(s, &t->x, t->m, &w);
+    return 1;
+}
+static int mix_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
+    mix_test *t = (mix_test *)ctx;
+    uint32_t u = pt_rng_u32(rng), v = pt_rng_u32(rng), choice = pt_rng_u32(rng);
+    pti_step step;
+    if (!pti_mixture_sample(&t->mix, u, v, choice, &step) || step.delta) return 0;
+    *wi = step.wi;
+    return 1;
+}
+static double mix_pdf(void *ctx, pt_vec3 wi) {           /* what reflects nothing is not drawn */
+    mix_test *t = (mix_test *)ctx;
+    return pti_is_zero3(t->m->vtable.eval(t->m->user, &t->x, wi)) ? 0 : pti_mixture_pdf(&t->mix, wi);
+}
+static void chi2_mixture(mix_test *t, double total, uint64_t seed) {
+    chi2_directions_desc d;
+    memset(&d, 0, sizeof d);
+    d.sample = mix_sample; d.pdf = mix_pdf; d.ctx = t;
+    d.total = total;
+    d.ay = 0.2; d.ax = 0.1; d.az = 1;                    /* the map's poles fall inside of cells */
+    d.n = 40000; d.cells_cos = 12; d.cells_phi = 16;
+    d.seed = seed;
+    chi2_directions(&d);
+}
+/* Lights that all shine on the middle of the floor: a quad, a sphere before it, triangles, one behind the other. */
+static void some_lights(pt_scene *s) {
+    quad(s, -1, 2, -1, 2, 0, 0, 0, 0, 2, lamp(s, 3, 0));
+    pt_add_sphere(s, pt_v3(0.3f, 1.4f, 0.2f), 0.4f, lamp(s, 2, 0));
+    triangle_of(s, pt_v3(-3, 0.5f, -2), pt_v3(-3, 2.5f, -2), pt_v3(-2, 1, -3), lamp(s, 5, 1));
+    triangle_of(s, pt_v3(-4, 0.2f, -3), pt_v3(-4, 3.5f, -2), pt_v3(-3, 1, -4), lamp(s, 9, 1));
+}
+static void density_of_everything(void) {
+    static const float at[4][2] = { { 0, 0 }, { 0.8f, -0.5f }, { -2, -1 }, { 3, 2 } };
+    static const pt_weights w[3] = { { 0, 0, 0 }, { 0.2f, 0.3f, 0.5f }, { 0.1f, 3, 0 } };
+    int k, i, users;
+    for (users = 0; users < 2; users++) {
+        pt_scene *s = pt_scene_create(NULL);
+        mix_test t;
+        floor_of(s, 10, all_round(s));
+        some_lights(s);
+        sunny(s, 1, 0);
+        if (users) { add_lossy(s, 0.2f); add_cone(s, 0.1f); add_sphere(s, 0); }
+        if (commit(s)) for (k = 0; k < 4; k++) for (i = 0; i < 3; i++) {
+            test_case("vertex %d, weights %d, %s", k, i, users ? "densities" : "no densities");
+            if (!users && i == 2) continue;
+            if (mix_at(&t, s, at[k][0], at[k][1], w[i])) chi2_mixture(&t, 1 - users * 0.1, (uint64_t)(k * 3 + i));
+        }
+        pt_scene_destroy(s);
+    }
+}
+/* Over a diffuse floor half of a symmetric sky is below the horizon, half of a sphere in the floor, half of a density. */
+static void density_less_what_is_lost(void) {
+    int k;
+    for (k = 0; k < 5; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_weights w = { 0.3f, 0.4f, 0.3f };
+        mix_test t;
+        test_case("what is lost, %d", k);
+        floor_of(s, 10, k == 4 ? coat(s) : diffuse(s, 0.5f));
+        if (k != 1) sunny(s, 1, 1);
+        if (k >= 1) pt_add_sphere(s, pt_v3(1.5f, 0, 0.5f), 0.5f, lamp(s, 2, 0));
+        if (k >= 2) add_sphere(s, 0.4f);
+        if (k == 3) { add_lossy(s, 0.1f); add_cone(s, 0.1f); }
+        if (commit(s) && mix_at(&t, s, 0, 0, w)) {
+            const pti_mixture *m = &t.mix;
+            double sphere = k == 3 ? m->users * 4 / 6 : m->users, lossy = k == 3 ? m->users / 6 : 0;
+            double lost = m->environment / 2 + m->lights / 2 + sphere / 2 + lossy * 3 / 4 + (k == 4 ? 0.3 * m->bsdf : 0);
+            CHECK_NEAR(m->bsdf + m->environment + m->lights + m->users, 1, 1e-6);
+            chi2_mixture(&t, 1 - lost, (uint64_t)k);
+        }
+        pt_scene_destroy(s);
+    }
+    {   /* two lamps that look away share a branch of the tree: what that branch is given is lost */
+        pt_scene *s = pt_scene_create(NULL);
+        mix_test t;
+        test_case("lamps that look away");
+        floor_of(s, 10, all_round(s));
+        quad(s, -3, 1, 0, 1, 0, 0, 0, 0, -1, lamp(s, 2, 0));           /* upwards */
+        quad(s, -4.5f, 1, 0, 1, 0, 0, 0, 0, -1, lamp(s, 2, 0));
+        quad(s, 3, 1, 0, 0, 0, -1, 1, 0, 0, lamp(s, 2, 0));            /* downwards */
+        if (commit(s) && mix_at(&t, s, 0, 0, automatic)) {
+            const pti_light_node *n = s->lights.nodes;
+            float left = pti_light_weight(&s->lights, n, t.x.p);
+            int left_is_leaf = s->lights.nodes[n->left].left == s->lights.nodes[n->left].right;
+            double lost = t.mix.lights * (left_is_leaf ? 1 - left : left);
+            CHECK(lost > 0.05);
+            chi2_mixture(&t, 1 - lost, 5);
+        }
+        pt_scene_destroy(s);
+    }
+}
+/* weight = f |cos| / p, over all parts: no sample is worth more than f over the BSDF's share of p. */
+static void weights_of_steps(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_rng rng;
+    int i, drawn = 0;
+    pt_rng_seed(&rng, 1, 2);
+    floor_of(s, 10, diffuse(s, 0.5f));
+    some_lights(s);
+    sunny(s, 1, 0);
+    add_cone(s, 0.2f);
+    commit(s);
+    for (i = 0; i < 20000; i++) {
+        static const pt_weights w[3] = { { 0, 0, 0 }, { 0.2f, 0.3f, 0.5f }, { 0.9f, 0.05f, 0.05f } };
+        float x = 6 * pt_rng_float(&rng) - 3, z = 6 * pt_rng_float(&rng) - 3;
+        uint32_t u = pt_rng_u32(&rng), v = pt_rng_u32(&rng), choice = pt_rng_u32(&rng);
+        pti_step step;
+        mix_test t;
+        if (!mix_at(&t, s, x, z, w[i % 3])) break;
+        if (!pti_mixture_sample(&t.mix, u, v, choice, &step)) continue;
+        drawn++;
+        CHECK(step.weight.x > 0 && step.weight.x <= 0.5f / t.mix.bsdf * 1.0001f);
+        CHECK_NEAR(step.weight.x * pti_mixture_pdf(&t.mix, step.wi), 0.5 * step.wi.y / STATS_PI, 1e-5);
+        CHECK_NEAR(pti_length(step.wi), 1, 1e-5);
+    }
+    CHECK(drawn > 10000);
+    pt_scene_destroy(s);
+}
+
+/* ---- weights ---- */
+
+typedef enum has { LAMP = 1, MAP = 2, CONSTANT = 4, DENSITY = 8, AWAY = 16, GLASS = 32 } has;
+static pti_mixture weights_with(int parts, pt_weights w) {
+    pt_scene *s = pt_scene_create(NULL);
+    mix_test t;
+    memset(&t, 0, sizeof t);
+    floor_of(s, 10, parts & GLASS ? glass(s, 1.5f) : diffuse(s, 0.5f));
+    if (parts & LAMP) quad(s, -1, 2, -1, 2, 0, 0, 0, 0, 2, lamp(s, 3, 0));
+    if (parts & AWAY) quad(s, -1, 2, -1, 0, 0, 2, 2, 0, 0, lamp(s, 3, 0));
+    if (parts & MAP) sunny(s, 1, 0);
+    if (parts & CONSTANT) sky(s, 1);
+    if (parts & DENSITY) add_sphere(s, 0.4f);
+    if (commit(s)) mix_at(&t, s, 0, 0, w);
+    pt_scene_destroy(s);
+    return t.mix;
+}
+static void check_shares(pti_mixture m, double bsdf, double lights, double environment, double users) {
+    CHECK_NEAR(m.bsdf, bsdf, 1e-6); CHECK_NEAR(m.lights, lights, 1e-6);
+    CHECK_NEAR(m.environment, environment, 1e-6); CHECK_NEAR(m.users, users, 1e-6);
+}
+static void shares_that_are_set(void) {
+    static const pt_weights w = { 0.2f, 0.3f, 0.5f }, w10 = { 2, 3, 5 }, lights = { 0, 1, 0 }, map = { 0, 0, 7 }, bsdf = { 1, 0, 0 };
+    check_shares(weights_with(LAMP | MAP, w), 0.2, 0.3, 0.5, 0);
+    check_shares(weights_with(LAMP | MAP, w10), 0.2, 0.3, 0.5, 0);
+    check_shares(weights_with(LAMP | MAP | DENSITY, w), 0.12, 0.18, 0.3, 0.4);
+    check_shares(weights_with(LAMP, w), 0.4, 0.6, 0, 0);                       /* no environment: its share goes back */
+    check_shares(weights_with(LAMP | CONSTANT, w), 0.4, 0.6, 0, 0);            /* a constant one has no density */
+    check_shares(weights_with(MAP, w), 0.2 / 0.7, 0, 0.5 / 0.7, 0);
+    check_shares(weights_with(MAP | AWAY, w), 0.2 / 0.7, 0, 0.5 / 0.7, 0);     /* a lamp that does not shine here */
+    check_shares(weights_with(0, w), 1, 0, 0, 0);
+    check_shares(weights_with(DENSITY, w), 0.6, 0, 0, 0.4);
+    check_shares(weights_with(LAMP | MAP, lights), 0, 1, 0, 0);
+    check_shares(weights_with(LAMP | MAP, map), 0, 0, 1, 0);
+    check_shares(weights_with(LAMP | MAP, bsdf), 1, 0, 0, 0);
+    check_shares(weights_with(MAP, lights), 1, 0, 0, 0);                       /* nothing left: the BSDF takes it all */
+    check_shares(weights_with(LAMP, map), 1, 0, 0, 0);
+    check_shares(weights_with(AWAY, lights), 1, 0, 0, 0);
+    check_shares(weights_with(LAMP | MAP | DENSITY | GLASS, w), 1, 0, 0, 0);   /* deltas have no use for others */
+    check_shares(weights_with(LAMP | MAP | DENSITY | GLASS, automatic), 1, 0, 0, 0);
+}
+static void shares_that_are_automatic(void) {
+    pti_mixture both = weights_with(LAMP | MAP, automatic), one;
+    check_shares(weights_with(0, automatic), 1, 0, 0, 0);
+    check_shares(weights_with(CONSTANT | AWAY, automatic), 1, 0, 0, 0);
+    check_shares(weights_with(LAMP, automatic), 0.5, 0.5, 0, 0);
+    check_shares(weights_with(MAP, automatic), 0.5, 0, 0.5, 0);
+    check_shares(weights_with(MAP | DENSITY, automatic), 0.3, 0, 0.3, 0.4);
+    check_shares(weights_with(DENSITY, automatic), 0.6, 0, 0, 0.4);
+    CHECK_NEAR(both.bsdf, 0.5, 1e-6);
+    CHECK(both.lights > 0.01f && both.environment > 0.01f);
+    CHECK_NEAR(both.lights + both.environment, 0.5, 1e-6);
+    one = weights_with(LAMP | MAP | DENSITY, automatic);
+    CHECK_NEAR(one.lights, 0.6 * both.lights, 1e-6);
+    CHECK_NEAR(one.environment, 0.6 * both.environment, 1e-6);
+}
+static void lights_nearby_weigh_more(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    float last = 1;
+    int k;
+    floor_of(s, 100, diffuse(s, 0.5f));
+    pt_add_sphere(s, pt_v3(0, 1, 0), 0.3f, lamp(s, 5, 0));
+    sunny(s, 1, 0);
+    commit(s);
+    for (k = 0; k < 6; k++) {
+        mix_test t;
+        if (!mix_at(&t, s, 0.5f * (float)(1 << k), 0, automatic)) break;
+        CHECK(t.mix.lights > 0 && t.mix.lights < last && t.mix.bsdf >= 0.05f);
+        last = t.mix.lights;
+    }
+    CHECK(last < 0.01f);
+    pt_scene_destroy(s);
+}
+static void shares_of_densities(void) {
+    static const float w[5][4] = { { 0, 0, 0, 0 }, { 0.1f, 0.2f, 0, 0 }, { 0.9f, 0.9f, 0.9f, 0 }, { 0.95f, 0, 0, 0 },
+                                   { 0.5f, 0.3f, 0.1f, 0.4f } };
+    static const int n[5] = { 1, 3, 3, 1, 4 };
+    int k, i;
+    for (k = 0; k < 5; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        double sum = 0, scale;
+        mix_test t;
+        test_case("densities %d", k);
+        floor_of(s, 10, diffuse(s, 0.5f));
+        for (i = 0; i < n[k]; i++) { add_sphere(s, w[k][i]); sum += w[k][i] > 0 ? (double)w[k][i] : 0.25; }
+        scale = sum > 0.95 ? 0.95 / sum : 1;
+        if (commit(s) && mix_at(&t, s, 0, 0, automatic)) {
+            check_shares(t.mix, 1 - sum * scale, 0, 0, sum * scale);
+            for (i = 0; i < n[k]; i++) CHECK_NEAR(s->densities[i].weight, (w[k][i] > 0 ? (double)w[k][i] : 0.25) * scale, 1e-6);
+        }
+        pt_scene_destroy(s);
+    }
+    for (k = 0; k < 4; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_density_desc d = { 0.1f, sphere_sample, sphere_pdf, NULL };
+        test_case("bad density %d", k);
+        if (k == 0) d.weight = -0.1f;
+        if (k == 1) d.weight = 1;
+        if (k == 2) d.sample = NULL;
+        if (k == 3) d.pdf = NULL;
+        CHECK(pt_add_density(s, &d).id == 0);
+        CHECK(pt_scene_commit(s) == PT_ERR_ARG);
+        pt_scene_destroy(s);
+    }
+}
+
+/* ---- agreement: no weights change the mean of a picture ---- */
+
+/* Each fills a scene and the camera, and returns a scene that it places instances of, or NULL. */
+typedef pt_scene *scene_builder(pt_scene *s, pt_render_desc *d);
+
+static void walls(pt_scene *s, pt_material m, pt_material left, pt_material right) {   /* [-1,1] x [0,2] x [-1,1], open to +z */
+    quad(s, -1, 0, 1, 2, 0, 0, 0, 0, -2, m);
+    quad(s, -1, 2, -1, 2, 0, 0, 0, 0, 2, m);
+    quad(s, -1, 0, -1, 2, 0, 0, 0, 2, 0, m);
+    quad(s, -1, 0, 1, 0, 0, -2, 0, 2, 0, left);
+    quad(s, 1, 0, -1, 0, 0, 2, 0, 2, 0, right);
+}
+static pt_scene *cornell(pt_scene *s, pt_render_desc *d) {
+    pt_material white = diffuse(s, 0.73f);
+    walls(s, white, colored(s, 0.65f, 0.05f, 0.05f), colored(s, 0.12f, 0.45f, 0.15f));
+    pt_add_box(s, pt_v3(-0.6f, 0, -0.6f), pt_v3(-0.1f, 1.1f, -0.1f), NULL, white);
+    pt_add_box(s, pt_v3(0.2f, 0, 0), pt_v3(0.7f, 0.6f, 0.5f), NULL, white);
+    quad(s, -0.5f, 1.99f, -0.5f, 1, 0, 0, 0, 0, 1, lamp(s, 4, 0));
+    d->camera.eye = pt_v3(0, 1, 3.5f); d->camera.target = pt_v3(0, 1, 0); d->camera.vfov_deg = 42;
+    return NULL;
+}
+static pt_scene *sphere_by_the_wall(pt_scene *s, pt_render_desc *d) {
+    floor_of(s, 5, diffuse(s, 0.5f));
+    quad(s, -5, 0, 0, 10, 0, 0, 0, 5, 0, colored(s, 0.7f, 0.6f, 0.2f));
+    pt_add_sphere(s, pt_v3(0, 0.7f, 0.45f), 0.4f, lamp(s, 3, 0));
+    d->camera.eye = pt_v3(1, 2, 3); d->camera.target = pt_v3(0, 0.5f, 0); d->camera.vfov_deg = 50;
+    return NULL;
+}
+static pt_scene *one_behind_the_other(pt_scene *s, pt_render_desc *d) {
+    floor_of(s, 5, diffuse(s, 0.5f));
+    pt_add_sphere(s, pt_v3(0, 1.5f, 0), 0.7f, lamp(s, 1, 0));
+    quad(s, -1, 2.5f, -1, 2, 0, 0, 0, 0, 2, lamp(s, 6, 0));          /* hidden from below, and brighter */
+    quad(s, -0.8f, 3, -0.8f, 1.6f, 0, 0, 0, 0, 1.6f, lamp(s, 9, 1));
+    pt_add_sphere(s, pt_v3(0.5f, 1.6f, 0.2f), 0.5f, lamp(s, 3, 1));  /* overlaps the first */
+    d->camera.eye = pt_v3(0.5f, 2, 4); d->camera.target = pt_v3(0, 0.1f, 0); d->camera.vfov_deg = 50;
+    return NULL;
+}
+static pt_scene *glowing_torus(pt_scene *s, pt_render_desc *d) {
+    floor_of(s, 5, diffuse(s, 0.6f));
+    torus(s, pt_v3(0, 0.8f, 0), 0.8f, 0.3f,
+          pt_add_material(s, &(pt_material_desc){ .color = { 0.5f, 0.5f, 0.2f }, .emission = { 2, 1, 1 } }));
+    pt_add_sphere(s, pt_v3(0, 0.4f, 0), 0.4f, diffuse(s, 0.8f));
+    d->camera.eye = pt_v3(0, 3, 3); d->camera.target = pt_v3(0, 0.5f, 0); d->camera.vfov_deg = 45;
+    return NULL;
+}
+static pt_scene *sun_and_mesh(pt_scene *s, pt_render_desc *d) {
+    floor_of(s, 5, diffuse(s, 0.5f));
+    torus(s, pt_v3(0, 0.5f, 0), 0.8f, 0.3f, colored(s, 0.8f, 0.5f, 0.3f));
+    sunny(s, 1, 0);
+    d->camera.eye = pt_v3(0, 2, 3); d->camera.target = pt_v3(0, 0.4f, 0); d->camera.vfov_deg = 45;
+    return NULL;
+}
+static pt_scene *sky_lamps_mirror_glass(pt_scene *s, pt_render_desc *d) {
+    floor_of(s, 4, diffuse(s, 0.5f));
+    pt_add_sphere(s, pt_v3(-0.7f, 0.6f, 0), 0.6f, mirror(s, 0.8f));
+    pt_add_sphere(s, pt_v3(0.7f, 0.6f, 0), 0.6f, glass(s, 1.5f));
+    quad(s, -1, 2, -1, 2, 0, 0, 0, 0, 2, lamp(s, 2, 1));
+    pt_add_sphere(s, pt_v3(0, 0.8f, -1.5f), 0.5f, lamp(s, 2, 0));
+    sunny(s, 0.5f, 0);
+    d->camera.eye = pt_v3(0, 1.2f, 3.5f); d->camera.target = pt_v3(0, 0.6f, 0); d->camera.vfov_deg = 45;
+    return NULL;
+}
+static pt_scene *instanced_lamps(pt_scene *s, pt_render_desc *d) {
+    static const pt_xform at[4] = { { { 1, 0, 0, -1.3f,  0, 1, 0, 0,  0, 0, 1, 0 } },             /* moved */
+                                    { { -1, 0, 0, 1.3f,  0, 1, 0, 0,  0, 0, 1, 0 } },             /* mirrored */
+                                    { { 0, 0, -1.5f, 0,  0, 1.5f, 0, 0.2f,  1.5f, 0, 0, -1.5f } },       /* scaled and turned */
+                                    { { 0.5f, 0, 0, 0,  0.2f, -0.8f, 0, 1.5f,  0, 0, 1.2f, 1.2f } } };   /* sheared, upside down */
+    pt_scene *one = pt_scene_create(NULL);
+    int i;
+    quad(one, -0.4f, 1, -0.4f, 0.8f, 0, 0, 0, 0, 0.8f, lamp(one, 3, 0));
+    triangle_of(one, pt_v3(-0.6f, 0.2f, 0), pt_v3(-0.6f, 0.9f, 0), pt_v3(-0.2f, 0.5f, 0.5f), lamp(one, 4, 1));
+    pt_add_sphere(one, pt_v3(0.3f, 0.4f, 0), 0.3f, lamp(one, 2, 0));
+    pt_add_box(one, pt_v3(-0.2f, 0, 0.3f), pt_v3(0.2f, 0.2f, 0.5f), NULL, diffuse(one, 0.8f));
+    commit(one);
+    for (i = 0; i < 4; i++) pt_add_instance(s, one, &at[i]);
+    floor_of(s, 5, diffuse(s, 0.5f));
+    d->camera.eye = pt_v3(0, 2.5f, 3.5f); d->camera.target = pt_v3(0, 0.4f, 0); d->camera.vfov_deg = 50;
+    return one;
+}
+static pt_scene *closed_room(pt_scene *s, pt_render_desc *d) {
+    pt_add_box(s, pt_v3(-1.5f, 0, -1.5f), pt_v3(1.5f, 2, 1.5f), NULL, colored(s, 0.6f, 0.5f, 0.4f));
+    quad(s, -0.9f, 0.5f, -0.5f, 0.3f, 0, 0.8f, 0, 1, 0, lamp(s, 2, 1));
+    quad(s, 0.6f, 0.3f, -0.6f, 0, 0, 0.9f, 0, 0.9f, 0, lamp(s, 3, 0));
+    pt_add_sphere(s, pt_v3(0, 1.6f, -0.8f), 0.35f, lamp(s, 2, 1));
+    d->camera.eye = pt_v3(0.2f, 1, 1.4f); d->camera.target = pt_v3(0, 0.9f, 0); d->camera.vfov_deg = 70;
+    return NULL;
+}
+static pt_scene *two_by_the_wall(pt_scene *s, pt_render_desc *d) {
+    sphere_by_the_wall(s, d);
+    quad(s, -1, 3, 0.2f, 2, 0, 0, 0, 0, 2, lamp(s, 2, 0));
+    return NULL;
+}
+static pt_scene *densities(pt_scene *s, pt_render_desc *d) {
+    two_by_the_wall(s, d);
+    add_cone(s, 0.3f); add_sphere(s, 0.1f); add_lossy(s, 0);
+    return NULL;
+}
+static pt_scene *lens_and_depth(pt_scene *s, pt_render_desc *d) {
+    pt_add_box(s, pt_v3(-2, 0, -2), pt_v3(2, 3, 2), NULL, diffuse(s, 0.6f));
+    pt_add_sphere(s, pt_v3(0.5f, 0.5f, -0.5f), 0.5f, coat(s));
+    pt_add_sphere(s, pt_v3(-0.8f, 2, -0.7f), 0.4f, lamp(s, 2, 0));
+    quad(s, -0.7f, 2.99f, -0.7f, 1.4f, 0, 0, 0, 0, 1.4f, lamp(s, 1, 0));
+    d->camera.eye = pt_v3(0.3f, 1.2f, 1.8f); d->camera.target = pt_v3(0, 0.8f, -0.5f); d->camera.vfov_deg = 60;
+    d->camera.aperture = 0.15f; d->camera.focus = 2;
+    d->max_depth = 500;
+    return NULL;
+}
+
+/* A white room without a way out. With a share w for the BSDF, throughput grows by albedo / w a bounce along the paths that
+   the BSDF draws, and its square in the mean by albedo^2 / w, which must not go on above 1. */
+static pt_scene *white_room(pt_scene *s, pt_render_desc *d) {
+    pt_add_box(s, pt_v3(-2, 0, -2), pt_v3(2, 3, 2), NULL, diffuse(s, 0.9f));
+    quad(s, -0.7f, 2.99f, -0.7f, 1.4f, 0, 0, 0, 0, 1.4f, lamp(s, 3, 0));
+    d->camera.eye = pt_v3(0.3f, 1.2f, 1.8f); d->camera.target = pt_v3(0, 0.8f, -0.5f); d->camera.vfov_deg = 60;
+    return NULL;
+}
+
+/* 8 x 8 pixels as 2 x 2 blocks, whose means over independent renders (seeds) and the three channels are pushed into m; the
+   fifth is the whole picture's. */
+#define BLOCKS 5
+static void push_blocks(stats_moments m[BLOCKS], const pt_scene *s, pt_render_desc *d, int renders, uint64_t seed) {
+    static float rgb[8 * 8 * 3];
+    int i, b, x, y;
+    for (i = 0; i < renders; i++) {
+        double sum[BLOCKS] = { 0, 0, 0, 0, 0 };
+        d->seed = seed + (uint64_t)i;
+        if (!render(s, d, rgb, NULL)) return;
+        for (y = 0; y < 8; y++) for (x = 0; x < 8; x++) {
+            const float *p = rgb + 3 * (y * 8 + x);
+            sum[y / 4 * 2 + x / 4] += ((double)p[0] + p[1] + p[2]) / 48;
+        }
+        for (b = 0; b < 4; b++) { stats_push(&m[b], sum[b]); sum[4] += sum[b] / 4; }
+        stats_push(&m[4], sum[4]);
+    }
+}
+static void compare_blocks(const char *what, const stats_moments a[BLOCKS], const stats_moments b[BLOCKS]) {
+    int k;
+    for (k = 0; k < BLOCKS; k++) {
+        double d = a[k].mean - b[k].mean, e = sqrt(stats_error(&a[k]) * stats_error(&a[k]) + stats_error(&b[k]) * stats_error(&b[k]));
+        test_case("%s, block %d: %g and %g, %.2f sigma", what, k, a[k].mean, b[k].mean, d / e);
+        CHECK_P(stats_welch_test(&a[k], &b[k]));
+        CHECK(a[k].mean > 0.005);
+    }
+    CHECK(stats_error(&a[4]) < 0.01 * a[4].mean && stats_error(&b[4]) < 0.01 * b[4].mean);     /* the test has teeth */
+}
+static void agreement(const char *name, scene_builder *build, scene_builder *plain) {
+    static const pt_weights w[] = { { 1, 0, 0 }, { 0.5f, 0.5f, 0 }, { 0.2f, 0.3f, 0.5f }, { 0.9f, 0.05f, 0.05f }, { 0, 0, 0 } };
+    stats_moments reference[BLOCKS], m[BLOCKS];
+    int k, j;
+    memset(reference, 0, sizeof reference);
+    for (k = -1; k < 5; k++) {                           /* -1: naive, the reference */
+        pt_scene *s = pt_scene_create(NULL), *inner;
+        pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 0), 40, 8, k < 0 ? 96 : 48);
+        char what[100];
+        if (k == 0 && plain == build) { pt_scene_destroy(s); continue; }
+        inner = (k < 0 ? plain : build)(s, &d);
+        d.weights = w[k < 0 ? 0 : k];
+        memset(m, 0, sizeof m);
+        if (commit(s)) push_blocks(k < 0 ? reference : m, s, &d, k < 0 ? 32 : 16, (uint64_t)(1000 * (k + 2)));
+        snprintf(what, sizeof what, "%s, weights %d", name, k);
+        if (k >= 0) compare_blocks(what, m, reference);
+        pt_scene_destroy(s);
+        pt_scene_destroy(inner);
+        for (j = 0; j < BLOCKS; j++) if (!(reference[j].n > 1)) return;
+    }
+}
+static void agrees_in_cornell_box(void)         { agreement("cornell", cornell, cornell); }
+static void agrees_by_the_wall(void)            { agreement("wall", sphere_by_the_wall, sphere_by_the_wall); }
+static void agrees_on_hidden_lights(void)       { agreement("hidden", one_behind_the_other, one_behind_the_other); }
+static void agrees_on_a_mesh_light(void)        { agreement("torus", glowing_torus, glowing_torus); }
+static void agrees_under_the_sun(void)          { agreement("sun", sun_and_mesh, sun_and_mesh); }
+static void agrees_on_mirror_and_glass(void)    { agreement("glass", sky_lamps_mirror_glass, sky_lamps_mirror_glass); }
+static void agrees_on_instances(void)           { agreement("instances", instanced_lamps, instanced_lamps); }
+static void agrees_in_a_closed_room(void)       { agreement("room", closed_room, closed_room); }
+static void agrees_with_densities(void)         { agreement("densities", densities, two_by_the_wall); }
+static void agrees_through_a_lens(void)         { agreement("lens", lens_and_depth, lens_and_depth); }
+
+static void agrees_in_a_white_room(void) {
+    SKIP("automatic weights have no finite variance there yet");
+    agreement("white room", white_room, white_room);
+}
+
+/* The three samplers have one mean. */
+static void samplers_agree(void) {
+    static scene_builder *const builds[2] = { sky_lamps_mirror_glass, closed_room };
+    int k, i;
+    for (k = 0; k < 2; k++) {
+        stats_moments m[3][BLOCKS];
+        memset(m, 0, sizeof m);
+        for (i = 0; i < 3; i++) {
+            pt_scene *s = pt_scene_create(NULL);
+            pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 0), 40, 8, 64);
+            builds[k](s, &d);
+            d.sampler = i == 0 ? PT_SAMPLER_SOBOL : i == 1 ? PT_SAMPLER_STRATIFIED : PT_SAMPLER_RANDOM;
+            if (commit(s)) push_blocks(m[i], s, &d, 16, (uint64_t)(50 + i * 1000));
+            pt_scene_destroy(s);
+        }
+        compare_blocks("sobol and stratified", m[0], m[1]);
+        compare_blocks("sobol and random", m[0], m[2]);
+        compare_blocks("stratified and random", m[1], m[2]);
+    }
+}
+/* A scene that is its own mirror image, lights and all, has pictures that are, too. */
+static void halves_agree(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_render_desc d = view(pt_v3(0, 1, 3.4f), pt_v3(0, 1, 0), 42, 8, 64);
+    stats_moments m[BLOCKS];
+    int side;
+    memset(m, 0, sizeof m);
+    walls(s, diffuse(s, 0.7f), colored(s, 0.6f, 0.2f, 0.1f), colored(s, 0.6f, 0.2f, 0.1f));
+    for (side = -1; side <= 1; side += 2) {
+        pt_add_sphere(s, pt_v3(0.6f * (float)side, 1.5f, -0.3f), 0.25f, lamp(s, 4, 0));
+        triangle_of(s, pt_v3(0.9f * (float)side, 0.2f, 0), pt_v3(0.9f * (float)side, 0.8f, 0), pt_v3(0.6f * (float)side, 0.4f, -0.5f),
+                    lamp(s, 3, 1));
+        pt_add_sphere(s, pt_v3(0.4f * (float)side, 0.3f, 0.2f), 0.3f, glass(s, 1.5f));
+    }
+    if (commit(s)) push_blocks(m, s, &d, 48, 9);
+    for (side = 0; side < 2; side++) {                   /* upper, then lower half */
+        test_case("halves: %g and %g", m[2 * side].mean, m[2 * side + 1].mean);
+        CHECK_P(stats_welch_test(&m[2 * side], &m[2 * side + 1]));
+        CHECK(stats_error(&m[2 * side]) < 0.01 * m[2 * side].mean);
+    }
+    pt_scene_destroy(s);
+}
+
+void test_mixture(void) {
+    RUN(density_of_everything); RUN(density_less_what_is_lost); RUN(weights_of_steps);
+    RUN(shares_that_are_set); RUN(shares_that_are_automatic); RUN(lights_nearby_weigh_more); RUN(shares_of_densities);
+    RUN(agrees_in_cornell_box); RUN(agrees_by_the_wall); RUN(agrees_on_hidden_lights); RUN(agrees_on_a_mesh_light);
+    RUN(agrees_under_the_sun); RUN(agrees_on_mirror_and_glass); RUN(agrees_on_instances); RUN(agrees_in_a_closed_room);
+    RUN(agrees_with_densities); RUN(agrees_through_a_lens); RUN(agrees_in_a_white_room);
+    RUN(samplers_agree); RUN(halves_agree);
+}
