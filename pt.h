@@ -155,7 +155,7 @@ typedef struct pt_texture_desc {
     int width, height, channels;                          /* channels 1 (grey), 3 (RGB) or 4 (the fourth is ignored) */
     int srgb;                                             /* bytes only: 1 = sRGB-encoded, 0 = linear */
     int is_float;                                         /* pixels are floats instead of bytes */
-    const void *pixels;                                   /* copied */
+    const void *pixels;                                   /* copied; floats must be finite */
     pt_vec3 (*eval)(void *user, const pt_vertex *x);      /* instead of pixels */
     void *user;
 } pt_texture_desc;
@@ -273,7 +273,9 @@ PT_DEF const char  *pt_render_error(const pt_render *r);  /* in words, or "" */
 PT_DEF pt_result    pt_render_work(pt_render *r);         /* one tile: PT_MORE, PT_OK when none was left to take,
                                                              PT_CANCELLED, or an error; any number of threads */
 PT_DEF pt_result    pt_render_run(pt_render *r);          /* blocks: desc.threads threads calling pt_render_work */
-PT_DEF pt_result    pt_render_add_samples(pt_render *r, int spp);   /* when all is done: makes work for spp more */
+PT_DEF pt_result    pt_render_add_samples(pt_render *r, int spp);   /* when all is done, or cancelled and left: makes work
+                                                             for spp more, and for what is missing. Else
+                                                             PT_ERR_STATE */
 PT_DEF pt_result    pt_render_merge(pt_render *into, const pt_render *from); /* adds the samples of a render of the same
                                                              size: ranges merged equal the whole, bit for bit */
 PT_DEF void         pt_render_cancel(pt_render *r);       /* from any thread; finished pixels stay */
@@ -1269,26 +1271,30 @@ typedef struct pti_ray {
 
 /* Boxes: (plane - org) / dir, turned into one multiply-add. Every rounding on the way is at most a few 2^-24 of |t| or of
    |org / dir|; adding eight of the latter here, and widening t in the kernels, makes the test conservative (Ize 2013):
-   it never misses a box that the triangle test below would find a hit in. A direction of zero becomes a tiny one. */
+   it never misses a box that the triangle test below would find a hit in. Along an axis where the ray does not move, all
+   is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m. */
+static void pti_ray_axis(pti_ray *r, int k, float largest) {
+    float d = r->dir[k], offset, pad;
+    int moves = fabsf(d) > largest * 1e-16f;
+    r->inverse[k] = moves ? 1 / d : 1e26f;
+    offset = r->org[k] * r->inverse[k];
+    pad = PTI_ULPS_8 * fabsf(offset) + (moves ? 0.0f : 1e18f);
+    r->near_add[k] = -offset - pad;
+    r->far_add[k] = -offset + pad;
+    r->near_row[k] = 2 * k + (r->inverse[k] < 0);
+}
 static void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
     float largest = pti_largest_abs(dir);
-    int k;
     r->org[0] = org.x; r->org[1] = org.y; r->org[2] = org.z;
     r->dir[0] = dir.x; r->dir[1] = dir.y; r->dir[2] = dir.z;
     r->tmin = pti_max(tmin, 0);
     r->time = time;
+    pti_ray_axis(r, 0, largest);
+    pti_ray_axis(r, 1, largest);
+    pti_ray_axis(r, 2, largest);
     r->kz = fabsf(dir.x) == largest ? 0 : fabsf(dir.y) == largest ? 1 : 2;
     r->kx = (r->kz + 1) % 3;
     r->ky = (r->kx + 1) % 3;
-    for (k = 0; k < 3; k++) {
-        float d = r->dir[k], tiny = largest * 1e-16f, offset;
-        if (fabsf(d) < tiny) d = d < 0 ? -tiny : tiny;
-        r->inverse[k] = 1 / d;
-        offset = r->org[k] * r->inverse[k];
-        r->near_add[k] = -offset - PTI_ULPS_8 * fabsf(offset);
-        r->far_add[k] = -offset + PTI_ULPS_8 * fabsf(offset);
-        r->near_row[k] = 2 * k + (d < 0);
-    }
     r->sz = r->inverse[r->kz];
     r->sx = r->dir[r->kx] * r->sz;
     r->sy = r->dir[r->ky] * r->sz;
@@ -1307,7 +1313,7 @@ static int pti_closer(const pti_hit *h, float t, uint32_t outer, uint32_t prim) 
     return h->found && (outer < h->outer || (outer == h->outer && prim < h->prim));
 }
 
-/* Four triangles side by side: v[corner][axis][lane]. Unused lanes are points at the origin, which nothing hits. */
+/* Four triangles side by side: v[corner][axis][lane]. Unused lanes are NaN, which nothing hits. */
 #define PTI_LANES 4
 typedef struct pti_packet { float v[3][3][PTI_LANES]; uint32_t prim[PTI_LANES]; } pti_packet;
 
@@ -1315,7 +1321,13 @@ typedef struct pti_packet { float v[3][3][PTI_LANES]; uint32_t prim[PTI_LANES]; 
    the z axis; then the signs of
        U = cx by - cy bx,   V = ax cy - ay cx,   W = bx ay - by ax
    tell on which side of each edge it passes. Two triangles that share an edge compute the same number for it but for the
-   sign, since each product is rounded alone: no ray falls between them. A zero counts for both. */
+   sign, since each product is rounded alone: no ray falls between them. A zero may be nothing but rounding, all three of
+   them where a triangle is tiny: it is computed again in double, where products of floats are exact. A true zero counts
+   for both sides. */
+static float pti_edge(float ax, float ay, float bx, float by) {
+    float e = ax * by - ay * bx;
+    return e != 0 ? e : (float)((double)ax * (double)by - (double)ay * (double)bx);
+}
 static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, float *t, float *u, float *v) {
     float az = p->v[0][r->kz][lane] - r->org[r->kz], ax = (p->v[0][r->kx][lane] - r->org[r->kx]) - r->sx * az;
     float bz = p->v[1][r->kz][lane] - r->org[r->kz], bx = (p->v[1][r->kx][lane] - r->org[r->kx]) - r->sx * bz;
@@ -1323,7 +1335,7 @@ static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, float *
     float ay = (p->v[0][r->ky][lane] - r->org[r->ky]) - r->sy * az;
     float by = (p->v[1][r->ky][lane] - r->org[r->ky]) - r->sy * bz;
     float cy = (p->v[2][r->ky][lane] - r->org[r->ky]) - r->sy * cz;
-    float U = cx * by - cy * bx, V = ax * cy - ay * cx, W = bx * ay - by * ax, det = U + V + W;
+    float U = pti_edge(cx, cy, bx, by), V = pti_edge(ax, ay, cx, cy), W = pti_edge(bx, by, ax, ay), det = U + V + W;
     if ((U < 0 || V < 0 || W < 0) && (U > 0 || V > 0 || W > 0)) return 0;
     if (det == 0) return 0;
     *t = r->sz * (U * az + V * bz + W * cz) / det;
@@ -1349,7 +1361,8 @@ static int pti_sphere_hit(const pti_sphere *s, const pti_ray *r, float tmax, flo
     near_t = q != 0 ? c / q : 0.0;
     far_t = q / a;
     if (near_t > far_t) { q = near_t; near_t = far_t; far_t = q; }
-    *t = (float)(near_t > (double)r->tmin ? near_t : far_t);
+    *t = (float)near_t;
+    if (!(*t > r->tmin)) *t = (float)far_t;
     return *t > r->tmin && *t <= tmax;
 }
 
@@ -1559,7 +1572,7 @@ static uint32_t pti_build_leaf(pti_builder *b, const pti_range *r) {
     }
     bvh->packets = (pti_packet *)array;
     p = bvh->packets + bvh->packet_count;
-    memset(p, 0, sizeof *p);
+    memset(p, 0xff, sizeof *p);                          /* NaN, and ids that do not exist */
     for (i = 0; i < r->end - r->begin; i++, ref++) {
         pt_vec3 v[3];
         shape = b->g->shapes + ref->shape;
@@ -1684,9 +1697,20 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a) {   /* 0 when o
 
 /* Bit k: the ray enters child k between tmin and tmax; enter[k] is where. */
 typedef uint32_t pti_boxes_kernel(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]);
-/* Bit k: the ray hits triangle k between tmin and tmax, there. */
+/* Bit k: the ray hits triangle k between tmin and tmax, there. The wide kernels leave the rare zeros of pti_edge to it. */
 typedef struct pti_lanes { float t[PTI_LANES], u[PTI_LANES], v[PTI_LANES]; } pti_lanes;
 typedef uint32_t pti_triangles_kernel(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out);
+
+/* The triangles of `which`, one after the other; bits of mask are set and cleared. */
+static uint32_t pti_triangles_again(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out, uint32_t which,
+                                    uint32_t mask) {
+    mask &= ~which;
+    for (; which; which &= which - 1) {
+        int k = pti_lowest_bit(which);
+        if (pti_triangle(p, k, r, &out->t[k], &out->u[k], &out->v[k]) && out->t[k] <= tmax) mask |= 1u << k;
+    }
+    return mask;
+}
 
 static inline uint32_t pti_boxes_scalar(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
     const float *x0 = n->plane[r->near_row[0]], *x1 = n->plane[r->near_row[0] ^ 1];
@@ -1705,11 +1729,7 @@ static inline uint32_t pti_boxes_scalar(const pti_node *n, const pti_ray *r, flo
     return mask;
 }
 static inline uint32_t pti_triangles_scalar(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
-    uint32_t mask = 0;
-    int k;
-    for (k = 0; k < PTI_LANES; k++)
-        if (pti_triangle(p, k, r, &out->t[k], &out->u[k], &out->v[k]) && out->t[k] <= tmax) mask |= 1u << k;
-    return mask;
+    return pti_triangles_again(p, r, tmax, out, (1u << PTI_LANES) - 1, 0);
 }
 
 #if defined(PTI_X86)
@@ -1753,7 +1773,9 @@ PTI_INLINE uint32_t pti_triangles_x86(const pti_packet *p, const pti_ray *r, flo
     __m128 W = pti_difference_sse2(bx, ay, by, ax), det, t;
     __m128 least = _mm_min_ps(_mm_min_ps(U, V), W), most = _mm_max_ps(_mm_max_ps(U, V), W);
     __m128 hit = _mm_or_ps(_mm_cmpge_ps(least, zero), _mm_cmple_ps(most, zero));
+    uint32_t zeros;
     if (!_mm_movemask_ps(hit)) return 0;
+    zeros = (uint32_t)_mm_movemask_ps(_mm_and_ps(hit, _mm_cmpeq_ps(_mm_mul_ps(_mm_mul_ps(U, V), W), zero)));
     det = _mm_add_ps(_mm_add_ps(U, V), W);
     t = _mm_add_ps(_mm_add_ps(_mm_mul_ps(U, az), _mm_mul_ps(V, bz)), _mm_mul_ps(W, cz));
     t = _mm_div_ps(_mm_mul_ps(_mm_set1_ps(r->sz), t), det);
@@ -1762,6 +1784,7 @@ PTI_INLINE uint32_t pti_triangles_x86(const pti_packet *p, const pti_ray *r, flo
     _mm_storeu_ps(out->t, t);
     _mm_storeu_ps(out->u, _mm_div_ps(V, det));
     _mm_storeu_ps(out->v, _mm_div_ps(W, det));
+    if (zeros) return pti_triangles_again(p, r, tmax, out, zeros, (uint32_t)_mm_movemask_ps(hit));
     return (uint32_t)_mm_movemask_ps(hit);
 }
 static inline uint32_t pti_triangles_sse2(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
@@ -1834,7 +1857,9 @@ static inline uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r,
     float32x4_t W = pti_difference_neon(bx, ay, by, ax);
     float32x4_t det, t, least = vminq_f32(vminq_f32(U, V), W), most = vmaxq_f32(vmaxq_f32(U, V), W);
     uint32x4_t hit = vorrq_u32(vcgeq_f32(least, zero), vcleq_f32(most, zero));
+    uint32_t zeros;
     if (!vmaxvq_u32(hit)) return 0;
+    zeros = pti_mask_neon(vandq_u32(hit, vceqq_f32(vmulq_f32(vmulq_f32(U, V), W), zero)));
     det = vaddq_f32(vaddq_f32(U, V), W);
     t = vaddq_f32(vaddq_f32(vmulq_f32(U, az), vmulq_f32(V, bz)), vmulq_f32(W, cz));
     t = vdivq_f32(vmulq_n_f32(t, r->sz), det);
@@ -1843,6 +1868,7 @@ static inline uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r,
     vst1q_f32(out->t, t);
     vst1q_f32(out->u, vdivq_f32(V, det));
     vst1q_f32(out->v, vdivq_f32(W, det));
+    if (zeros) return pti_triangles_again(p, r, tmax, out, zeros, pti_mask_neon(hit));
     return pti_mask_neon(hit);
 }
 #endif
@@ -2041,14 +2067,17 @@ static void pti_vertex_fill(const pti_geometry *g, const pti_ray *ray, pti_hit *
     x->shape.id = hit->shape;
     x->instance.id = hit->instance;
     x->material.id = s->material;
+    if (in) {
+        org = pti_xform_point(&in->to_local, org);
+        dir = pti_xform_vector(&in->to_local, dir);
+    }
     p = pti_madd(dir, hit->t, org);
-    if (in) p = pti_xform_point(&in->to_local, p);
     if (s->kind == PTI_MESH) pti_vertex_on_triangle(&s->as.mesh, x->prim, hit, x);
     else if (s->kind == PTI_SPHERE) pti_vertex_on_sphere(&s->as.sphere, p, x);
     else {
         x->p = p;
         x->ng = x->ns = pti_normalize(hit->ng);
-        x->error = 32 * PTI_ULPS_8 * pti_largest_abs(p); /* nobody knows how well the user computes */
+        x->error = 4 * PTI_ULPS_8 * (pti_largest_abs(org) + hit->t * pti_largest_abs(dir));      /* as users compute */
     }
     if (in) {
         p = pti_xform_point(&in->to_world, x->p);
@@ -2220,7 +2249,7 @@ static int pti_mirror_sample(void *user, const pt_vertex *x, const float u[3], p
 /* Fresnel's share of reflected light between dielectrics; eta = index behind the surface over index before it. Snell:
    sin t = sin i / eta; where that exceeds 1, all is reflected. *cos_t gets the refracted cosine. */
 static float pti_fresnel(float cos_i, float eta, float *cos_t) {
-    float c2 = (eta * eta - 1) + cos_i * cos_i, s, p;    /* (eta cos t)^2; exact where eta is 1 */
+    float c2 = (eta - 1) * (eta + 1) + cos_i * cos_i, s, p;    /* (eta cos t)^2; exact where eta is 1 */
     if (c2 <= 0) { *cos_t = 0; return 1; }
     *cos_t = sqrtf(c2) / eta;
     s = (cos_i - eta * *cos_t) / (cos_i + eta * *cos_t);
@@ -2295,8 +2324,8 @@ static pti_emitter pti_emitter_sphere(pt_vec3 center, float radius, float lumina
     e.area = 4 * PTI_PI * radius * radius;
     return e;
 }
-static float pti_emitter_power(const pti_emitter *e) {   /* flux: radiance x area x pi, for each side */
-    return e->luminance * e->area * (e->two_sided ? 2 * PTI_PI : PTI_PI);
+static float pti_emitter_power(const pti_emitter *e) {   /* flux: radiance x area x pi, for each side; sums stay finite */
+    return pti_min(e->luminance * e->area * (e->two_sided ? 2 * PTI_PI : PTI_PI), 1e27f);
 }
 static pti_bounds pti_emitter_bounds(const pti_emitter *e) {
     pti_bounds b;
@@ -2378,7 +2407,7 @@ static int pti_emitter_in_cone(const pti_emitter *e, pt_vec3 p, pt_vec3 wi, floa
     return *one_minus_cos >= 2 || pti_dot(d, d) <= 2 * *one_minus_cos;
 }
 /* A direction is made of floats: on the rim, rounding takes some to where the density is 0. Those are lost; were they
-   kept, what they find would count 1 / p_bsdf instead of S. (A lamp of less than 1e-5 rad loses a percent that way.) */
+   kept, what they find would count 1 / p_bsdf instead of S. (An emitter thinner than 1e-5 rad loses percents that way.) */
 static int pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
     float S;
     if (!pti_emitter_draw(e, p, u, v, wi)) return 0;
@@ -2514,7 +2543,7 @@ static float pti_lights_pdf(const pti_lights *l, pt_vec3 p, pt_vec3 wi) {
     }
     return sum;
 }
-/* An estimate of the light that falls on p from all emitters, per unit area; 0 if none faces p. */
+/* An estimate of the light that falls on p from all emitters, per unit area; 0 if there is but one, and it faces away. */
 static float pti_lights_irradiance(const pti_lights *l, pt_vec3 p) {
     if (!l->count) return 0;
     return pti_light_importance(l, 0, p) * (1 / (4 * PTI_PI));
@@ -2743,6 +2772,10 @@ PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
     pt_allocator a = { NULL, NULL, NULL };
     pti_material *grey;
     pt_scene *s;
+#ifndef PT_ALLOW_FAST_MATH
+    pti_fpmode mode;
+    int fuses;
+#endif
     if (desc) a = desc->allocator;
     a = pti_allocator_or_default(a);
     s = (pt_scene *)pti_alloc(&a, 1, sizeof *s);
@@ -2754,14 +2787,29 @@ PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
     grey->desc.color = pt_v3(0.5f, 0.5f, 0.5f);
     grey->vtable = pti_builtin_bsdf(PT_BSDF_DIFFUSE);
 #ifndef PT_ALLOW_FAST_MATH
-    if (pti_fuses())
+    mode = pti_fpmode_enter();
+    fuses = pti_fuses();
+    pti_fpmode_leave(mode);
+    if (fuses)
         pti_fail(&s->error, PT_ERR_STATE, "pt.h was compiled with -ffp-contract=fast, which breaks equal bits and tight "
                  "meshes: compile it without, or define PT_ALLOW_FAST_MATH");
 #endif
     return s;
 }
 
-PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d) {
+static int pti_check_pixels(pt_scene *s, const pt_texture_desc *d) {
+    size_t i, row = (size_t)d->width * (size_t)d->channels, n = row * (size_t)d->height;
+    const float *p = (const float *)d->pixels;
+    if (!d->is_float) return 1;
+    for (i = 0; i < n; i++) {
+        if (pti_finite(p[i])) continue;
+        pti_fail(&s->error, PT_ERR_ARG, "pt_add_texture: pixel (%u, %u) is not finite: %g", (uint64_t)(i % row / (size_t)d->channels),
+                 (uint64_t)(i / row), (double)p[i]);
+        return 0;
+    }
+    return 1;
+}
+static pt_texture pti_add_texture_ieee(pt_scene *s, const pt_texture_desc *d) {
     const char *call = "pt_add_texture";
     pt_texture id = { 0 };
     pti_texture *t;
@@ -2772,7 +2820,8 @@ PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d) {
         && pti_check(s, d->width > 0 && d->width <= 65536, call, "width must be 1 to 65536", (float)d->width)
         && pti_check(s, d->height > 0 && d->height <= 65536, call, "height must be 1 to 65536", (float)d->height)
         && pti_check(s, d->channels == 1 || d->channels == 3 || d->channels == 4, call, "channels must be 1, 3 or 4",
-                     (float)d->channels))) return id;
+                     (float)d->channels)
+        && pti_check_pixels(s, d))) return id;
     array = s->textures;
     t = (pti_texture *)pti_scene_slot(s, &array, &s->texture_count, &s->texture_capacity, sizeof *t);
     s->textures = (pti_texture *)array;
@@ -2789,6 +2838,12 @@ PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d) {
         memcpy(t->pixels, d->pixels, pti_texture_count(t) * pti_texture_size(t));
     }
     id.id = (uint32_t)s->texture_count;
+    return id;
+}
+PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_texture id = pti_add_texture_ieee(s, d);
+    pti_fpmode_leave(mode);
     return id;
 }
 
@@ -2811,7 +2866,7 @@ PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d) {
     return id;
 }
 
-PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d) {
+static pt_light pti_add_light_ieee(pt_scene *s, const pt_light_desc *d) {
     const char *call = "pt_add_light";
     pt_light id = { 0 };
     pti_environment *e;
@@ -2834,6 +2889,12 @@ PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d) {
     s->environment_texture = d->texture;
     pti_sincos(d->rotate_deg * (PTI_PI / 180), &e->sine, &e->cosine);
     id.id = 1;
+    return id;
+}
+PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_light id = pti_add_light_ieee(s, d);
+    pti_fpmode_leave(mode);
     return id;
 }
 
@@ -2932,9 +2993,15 @@ static pt_shape pti_add_mesh(pt_scene *s, const pt_mesh_desc *d, int quads) {
     m->indices = d->borrow ? d->indices : (const uint32_t *)pti_copy(s, d->indices, corners, sizeof(uint32_t));
     return s->error.code == PT_OK ? pti_last_shape(s) : none;
 }
-PT_DEF pt_shape pt_add_mesh(pt_scene *s, const pt_mesh_desc *d) {
+static pt_shape pti_add_mesh_ieee(pt_scene *s, const pt_mesh_desc *d) {
     pt_shape none = { 0 };
     return pti_scene_open(s, "pt_add_mesh", d) ? pti_add_mesh(s, d, 0) : none;
+}
+PT_DEF pt_shape pt_add_mesh(pt_scene *s, const pt_mesh_desc *d) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_shape id = pti_add_mesh_ieee(s, d);
+    pti_fpmode_leave(mode);
+    return id;
 }
 
 /* n parallelograms, each by four corners in turn. */
@@ -2958,7 +3025,7 @@ static pt_shape pti_add_quads(pt_scene *s, const pt_vec3 *corner, int n, pt_mate
     d.material = m;
     return pti_add_mesh(s, &d, 1);
 }
-PT_DEF pt_shape pt_add_quad(pt_scene *s, pt_vec3 corner, pt_vec3 edge_u, pt_vec3 edge_v, pt_material m) {
+static pt_shape pti_add_quad_ieee(pt_scene *s, pt_vec3 corner, pt_vec3 edge_u, pt_vec3 edge_v, pt_material m) {
     pt_shape none = { 0 };
     pt_vec3 c[4];
     if (!pti_check_shape(s, "pt_add_quad", s, m)
@@ -2971,7 +3038,13 @@ PT_DEF pt_shape pt_add_quad(pt_scene *s, pt_vec3 corner, pt_vec3 edge_u, pt_vec3
     c[3] = pti_add(corner, edge_v);
     return pti_add_quads(s, c, 1, m);
 }
-PT_DEF pt_shape pt_add_box(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *xform, pt_material m) {
+PT_DEF pt_shape pt_add_quad(pt_scene *s, pt_vec3 corner, pt_vec3 edge_u, pt_vec3 edge_v, pt_material m) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_shape id = pti_add_quad_ieee(s, corner, edge_u, edge_v, m);
+    pti_fpmode_leave(mode);
+    return id;
+}
+static pt_shape pti_add_box_ieee(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *xform, pt_material m) {
     static const int face[24] = { 0, 4, 6, 2,  1, 3, 7, 5,  0, 1, 5, 4,  2, 6, 7, 3,  0, 2, 3, 1,  4, 5, 7, 6 };
     pt_shape none = { 0 };
     pt_vec3 c[24];
@@ -2981,12 +3054,20 @@ PT_DEF pt_shape pt_add_box(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *
         || !pti_check3(s, pti_in_range3(lo) && lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z, "pt_add_box",
                        "lo must be finite and not above hi", lo)
         || !pti_check3(s, pti_in_range3(hi), "pt_add_box", "hi must be finite and below 1e12", hi)) return none;
+    for (i = 0; i < 12; i++)
+        if (!pti_check(s, pti_in_range(x.m[i]), "pt_add_box", "xform must be finite and below 1e12", x.m[i])) return none;
     mirrored = pti_xform_det(&x) < 0;                    /* then the corners go round the other way */
     for (i = 0; i < 24; i++) {
         int k = face[mirrored ? i / 4 * 4 + (4 - i % 4) % 4 : i];
         c[i] = pti_xform_point(&x, pt_v3(k & 1 ? hi.x : lo.x, k & 2 ? hi.y : lo.y, k & 4 ? hi.z : lo.z));
     }
     return pti_add_quads(s, c, 6, m);
+}
+PT_DEF pt_shape pt_add_box(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *xform, pt_material m) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_shape id = pti_add_box_ieee(s, lo, hi, xform, m);
+    pti_fpmode_leave(mode);
+    return id;
 }
 PT_DEF pt_shape pt_add_sphere(pt_scene *s, pt_vec3 center, float radius, pt_material m) {
     pt_shape none = { 0 };
@@ -3006,7 +3087,7 @@ static int pti_has_instances(const pt_scene *s) {
     for (i = 0; i < s->geometry.shape_count; i++) if (s->geometry.shapes[i].kind == PTI_INSTANCE) return 1;
     return 0;
 }
-PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform *xform) {
+static pt_shape pti_add_instance_ieee(pt_scene *s, const pt_scene *of, const pt_xform *xform) {
     const char *call = "pt_add_instance";
     pt_shape none = { 0 };
     pt_material no_material = { 0 };
@@ -3031,6 +3112,12 @@ PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform 
     shape->as.instance.to_world = x;
     shape->as.instance.to_local = inverse;
     return pti_last_shape(s);
+}
+PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform *xform) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_shape id = pti_add_instance_ieee(s, of, xform);
+    pti_fpmode_leave(mode);
+    return id;
 }
 PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m) {
     const char *call = "pt_add_user_shape";
@@ -3224,6 +3311,15 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pt_vertex *x, const p
     mix.bsdf *= 1 - mix.users;
     return mix;
 }
+/* A path that chose the BSDF again and again weighs up to (albedo / share)^depth, without bound in bright rooms: its second
+   moment diverges. So a path that has grown leaves more to the BSDF, and stays calm. Shares may depend on the path's past. */
+static void pti_mixture_calm(pti_mixture *m, float potential) {
+    float calm = potential > 1 ? 1 / potential : 1.0f;
+    m->lights *= calm;
+    m->environment *= calm;
+    m->users *= calm;
+    m->bsdf = 1 - m->lights - m->environment - m->users;
+}
 /* Of the smooth part. */
 static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi) {
     const pt_scene *s = m->scene;
@@ -3275,14 +3371,14 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, uint
     if (!drawn) return 0;
     step->delta = scatter.delta;
     if (scatter.delta) {
-        if (!(scatter.pdf > 0) || pti_is_zero3(scatter.f)) return 0;
+        if (scatter.pdf <= 0 || pti_is_zero3(scatter.f)) return 0;
         step->weight = pti_scale(scatter.f, 1 / (m->bsdf * scatter.pdf));
         return 1;
     }
     f = bsdf->vtable.eval(bsdf->user, m->x, step->wi);
     if (pti_is_zero3(f)) return 0;
     p = pti_mixture_pdf(m, step->wi);
-    if (!(p > 0)) return 0;
+    if (p <= 0) return 0;                                /* NaN goes on: the film will count it */
     step->weight = pti_scale(f, 1 / p);
     return 1;
 }
@@ -3338,7 +3434,9 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
             pti_draw2(sampler, 1 + (uint32_t)depth, 1, choice);
         if (pti_largest(potential) < 1 && !pti_roulette(&beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &x, m, &t->weights);
+        pti_mixture_calm(&mix, pti_largest(potential));
         if (!pti_mixture_sample(&mix, u[0], u[1], choice[0], &step)) return L;
+        if (!pti_finite3(step.wi) || !pti_finite3(step.weight)) return pt_v3(-1, -1, -1);      /* the user's NaN: discarded */
         beta = pti_mul(beta, step.weight);
         if (!step.delta) potential = pti_mul(potential, step.weight);
         org = pti_spawn(&x, step.wi);
@@ -3441,7 +3539,7 @@ struct pt_render {
     pti_lens lens;
     uint32_t seed, strata_x, strata_y;
     uint32_t aim;                                        /* samples a pixel */
-    int tiles_x, tiles_y, tile_count, next_tile, tiles_done, cancelled;
+    int tiles_x, tiles_y, tile_count, next_tile, tiles_done, inside, cancelled;   /* inside: how many tiles are busy */
     int has_lock, has_progress_lock;
     pti_mutex lock, progress_lock;                       /* the second is taken first */
     pti_pixel *film;
@@ -3531,7 +3629,7 @@ static void pti_render_strata(pt_render *r) {
     r->strata_x = (uint32_t)sqrt((double)spp);
     r->strata_y = (spp + r->strata_x - 1) / r->strata_x;
 }
-PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
+static pt_render *pti_render_create(const pt_scene *s, const pt_render_desc *d) {
     pt_allocator a = { NULL, NULL, NULL };
     pt_render *r;
     int isa;
@@ -3566,6 +3664,12 @@ PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
     r->tracer.trace = pti_trace_for(isa);
     r->tracer.weights = d->weights;
     r->tracer.max_depth = r->desc.max_depth;
+    return r;
+}
+PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_render *r = pti_render_create(s, d);
+    pti_fpmode_leave(mode);
     return r;
 }
 
@@ -3636,6 +3740,7 @@ PT_DEF pt_result pt_render_work(pt_render *r) {
     if (!r->cancelled && r->next_tile < r->tile_count) {
         tile = r->next_tile++;
         r->busy[tile] = 1;
+        r->inside++;
     }
     finished = !r->cancelled;
     pti_unlock(&r->lock);
@@ -3643,6 +3748,7 @@ PT_DEF pt_result pt_render_work(pt_render *r) {
     finished = pti_render_tile(r, tile, &stats);
     pti_lock(&r->lock);
     r->busy[tile] = 0;
+    r->inside--;
     r->tiles_done += finished;
     r->stats.rays += stats.rays;
     r->stats.paths += stats.paths;
@@ -3677,7 +3783,7 @@ PT_DEF pt_result pt_render_add_samples(pt_render *r, int spp) {
     if (r->error.code != PT_OK) return r->error.code;
     pti_lock(&r->lock);
     if (spp < 0 || (int64_t)r->aim + spp + r->desc.first_sample > 0x7fffffff) result = PT_ERR_ARG;
-    else if (!r->cancelled && r->tiles_done < r->tile_count) result = PT_ERR_STATE;
+    else if (r->inside || (!r->cancelled && r->tiles_done < r->tile_count)) result = PT_ERR_STATE;
     else {
         r->aim += (uint32_t)spp;
         r->next_tile = r->tiles_done = r->cancelled = 0;
@@ -3714,13 +3820,16 @@ static void pti_resolve_tile(pt_render *r, int tile) {
         }
 }
 PT_DEF const float *pt_render_pixels(pt_render *r) {     /* a tile that somebody is in keeps what it showed last */
+    pti_fpmode mode;
     int tile;
     if (!r || r->error.code != PT_OK) return NULL;
+    mode = pti_fpmode_enter();
     for (tile = 0; tile < r->tile_count; tile++) {
         pti_lock(&r->lock);
         if (!r->busy[tile]) pti_resolve_tile(r, tile);
         pti_unlock(&r->lock);
     }
+    pti_fpmode_leave(mode);
     return r->pixels;
 }
 PT_DEF pt_stats pt_render_stats(pt_render *r) {

@@ -45,7 +45,7 @@ static void diffuse_directions(void) {
         pt_vec3 ng = pti_normalize(pt_v3(0.3f, 0.8f, -0.5f)), t, u, wo;
         double total;
         pti_basis(ng, &t, &u);
-        wo = pti_madd(ng, (float)(side * cosine[i]), pti_scale(u, (float)sqrt(1 - cosine[i] * cosine[i])));
+        wo = pti_madd(ng, (float)(side * cosine[i]), pti_scale(t, (float)(-side * sqrt(1 - cosine[i] * cosine[i]))));      /* away from the tilt */
         b.x = vertex_of(wo, ng, turned(ng, tilt[k]));
         total = (1 + (double)pti_dot(b.x.ng, b.x.ns)) / 2;
         test_case("cosine %g, normal tilted by %g, side %d", cosine[i], tilt[k], side);

@@ -38,11 +38,8 @@ static void take_child(census *c, uint32_t child, const pti_bounds *box, int dep
     } else if (PTI_KIND(child) == PTI_LEAF) {
         const pti_packet *p = c->g->bvh.packets + PTI_INDEX(child);
         c->leaves++;
-        for (k = 0; k < PTI_LANES; k++) {                /* an unused lane is three points at the origin */
-            int corner, axis, used = 0;
-            for (corner = 0; corner < 3; corner++) for (axis = 0; axis < 3; axis++) used |= p->v[corner][axis][k] != 0;
-            if (used) { take_primitive(c, box, p->prim[k]); c->lanes++; }
-        }
+        for (k = 0; k < PTI_LANES; k++)
+            if (p->prim[k] != PTI_NONE) { take_primitive(c, box, p->prim[k]); c->lanes++; }
     } else if (child != PTI_NONE) take_primitive(c, box, c->g->shapes[PTI_INDEX(child)].first);
 }
 static census census_of(const pt_scene *s, double least_fill) {

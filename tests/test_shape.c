@@ -140,6 +140,37 @@ static void degenerate_triangles(void) {
     CHECK_EQ_INT(odd, 0);
 }
 
+/* A tiny triangle in one packet with a large floor: rays that pass it by, metres away, must not hit it. Far from the ray its
+   corners fall together in the rounding, and what is left of U, V and W is noise. */
+static void no_hits_from_afar(void) {
+    pt_rng r;
+    double size, half;
+    pt_rng_seed(&r, 12, 1);
+    for (size = 1e-2; size > 1e-8; size /= 10)
+        for (half = 10; half <= 1000; half *= 10) {
+            mesh m = mesh_new(9, 3);
+            pt_scene *s;
+            int i, stray = 0, hits = 0;
+            mesh_add_triangle(&m, v3_of(-half, 0, -half), v3_of(half, 0, half), v3_of(half, 0, -half));
+            mesh_add_triangle(&m, v3_of(-half, 0, -half), v3_of(-half, 0, half), v3_of(half, 0, half));
+            mesh_add_triangle(&m, v3_of(0.1, 1, 0.2), v3_of(0.1 + size, 1, 0.2), v3_of(0.1, 1 + size, 0.2 + size));
+            s = scene_of(&m);
+            for (i = 0; i < 5000; i++) {
+                v3 to = v3_of(between(&r, -half, half), 0, between(&r, -half, half)), org = v3_add(to, v3_of(between(&r, -3, 3), 5, between(&r, -3, 3)));
+                pt_ray ray = ray_of(org, v3_sub(to, org));
+                pt_vertex x;
+                if (fabs(org.x) < 4 || !pt_intersect(s, &ray, &x)) continue;
+                hits++;
+                stray += x.prim == 2;
+            }
+            test_case("%g m beside %g m", size, half);
+            CHECK_EQ_INT(stray, 0);
+            CHECK(hits > 1000);
+            pt_scene_destroy(s);
+            mesh_free(&m);
+        }
+}
+
 /* ---- watertight ---- */
 
 static void tilt_zero(pt_rng *r, pt_vec3 *d) {           /* zeros get a sign */
@@ -640,6 +671,7 @@ static void escape_from_convex(void) {
 void test_shape(void) {
     RUN(triangles_against_double);
     RUN(degenerate_triangles);
+    RUN(no_hits_from_afar);
     RUN(watertight_blobs);
     RUN(watertight_cubes);
     RUN(spheres_against_double);
