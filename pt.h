@@ -449,7 +449,7 @@ static void pti_fpmode_leave(pti_fpmode old) {
 }
 
 /* Was a b + c fused after all? Only clang's -ffp-contract=fast, which overrides the pragma above, does that. */
-static int pti_fuses(void) {
+PTI_NOINLINE int pti_fuses(void) {
     volatile float one_and_a_bit = 1 + 1.0f / 4096, minus_square = -(1 + 1.0f / 2048);      /* rounded */
     float a = one_and_a_bit, c = minus_square;
     return a * a + c != 0;
@@ -2809,7 +2809,7 @@ static int pti_check_pixels(pt_scene *s, const pt_texture_desc *d) {
     }
     return 1;
 }
-static pt_texture pti_add_texture_ieee(pt_scene *s, const pt_texture_desc *d) {
+PTI_NOINLINE pt_texture pti_add_texture_ieee(pt_scene *s, const pt_texture_desc *d) {
     const char *call = "pt_add_texture";
     pt_texture id = { 0 };
     pti_texture *t;
@@ -2866,7 +2866,7 @@ PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d) {
     return id;
 }
 
-static pt_light pti_add_light_ieee(pt_scene *s, const pt_light_desc *d) {
+PTI_NOINLINE pt_light pti_add_light_ieee(pt_scene *s, const pt_light_desc *d) {
     const char *call = "pt_add_light";
     pt_light id = { 0 };
     pti_environment *e;
@@ -2993,7 +2993,7 @@ static pt_shape pti_add_mesh(pt_scene *s, const pt_mesh_desc *d, int quads) {
     m->indices = d->borrow ? d->indices : (const uint32_t *)pti_copy(s, d->indices, corners, sizeof(uint32_t));
     return s->error.code == PT_OK ? pti_last_shape(s) : none;
 }
-static pt_shape pti_add_mesh_ieee(pt_scene *s, const pt_mesh_desc *d) {
+PTI_NOINLINE pt_shape pti_add_mesh_ieee(pt_scene *s, const pt_mesh_desc *d) {
     pt_shape none = { 0 };
     return pti_scene_open(s, "pt_add_mesh", d) ? pti_add_mesh(s, d, 0) : none;
 }
@@ -3025,7 +3025,7 @@ static pt_shape pti_add_quads(pt_scene *s, const pt_vec3 *corner, int n, pt_mate
     d.material = m;
     return pti_add_mesh(s, &d, 1);
 }
-static pt_shape pti_add_quad_ieee(pt_scene *s, pt_vec3 corner, pt_vec3 edge_u, pt_vec3 edge_v, pt_material m) {
+PTI_NOINLINE pt_shape pti_add_quad_ieee(pt_scene *s, pt_vec3 corner, pt_vec3 edge_u, pt_vec3 edge_v, pt_material m) {
     pt_shape none = { 0 };
     pt_vec3 c[4];
     if (!pti_check_shape(s, "pt_add_quad", s, m)
@@ -3044,7 +3044,7 @@ PT_DEF pt_shape pt_add_quad(pt_scene *s, pt_vec3 corner, pt_vec3 edge_u, pt_vec3
     pti_fpmode_leave(mode);
     return id;
 }
-static pt_shape pti_add_box_ieee(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *xform, pt_material m) {
+PTI_NOINLINE pt_shape pti_add_box_ieee(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *xform, pt_material m) {
     static const int face[24] = { 0, 4, 6, 2,  1, 3, 7, 5,  0, 1, 5, 4,  2, 6, 7, 3,  0, 2, 3, 1,  4, 5, 7, 6 };
     pt_shape none = { 0 };
     pt_vec3 c[24];
@@ -3087,7 +3087,7 @@ static int pti_has_instances(const pt_scene *s) {
     for (i = 0; i < s->geometry.shape_count; i++) if (s->geometry.shapes[i].kind == PTI_INSTANCE) return 1;
     return 0;
 }
-static pt_shape pti_add_instance_ieee(pt_scene *s, const pt_scene *of, const pt_xform *xform) {
+PTI_NOINLINE pt_shape pti_add_instance_ieee(pt_scene *s, const pt_scene *of, const pt_xform *xform) {
     const char *call = "pt_add_instance";
     pt_shape none = { 0 };
     pt_material no_material = { 0 };
@@ -3258,6 +3258,7 @@ static int pti_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x, int
     pti_fpmode mode;
     int found;
     if (!s || !s->committed) return 0;
+    if (!pti_finite3(ray->org) || !pti_finite3(ray->dir) || pti_is_zero3(ray->dir)) return 0;
     mode = pti_fpmode_enter();
     pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, ray->time);
     pti_hit_init(&hit, ray->tmax);
@@ -3436,7 +3437,8 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         mix = pti_mixture_at(s, &x, m, &t->weights);
         pti_mixture_calm(&mix, pti_largest(potential));
         if (!pti_mixture_sample(&mix, u[0], u[1], choice[0], &step)) return L;
-        if (!pti_finite3(step.wi) || !pti_finite3(step.weight)) return pt_v3(-1, -1, -1);      /* the user's NaN: discarded */
+        if (!(fabsf(pti_dot(step.wi, step.wi) - 1) < 1e-3f) || !pti_finite3(step.weight))
+            return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
         beta = pti_mul(beta, step.weight);
         if (!step.delta) potential = pti_mul(potential, step.weight);
         org = pti_spawn(&x, step.wi);
@@ -3629,7 +3631,7 @@ static void pti_render_strata(pt_render *r) {
     r->strata_x = (uint32_t)sqrt((double)spp);
     r->strata_y = (spp + r->strata_x - 1) / r->strata_x;
 }
-static pt_render *pti_render_create(const pt_scene *s, const pt_render_desc *d) {
+PTI_NOINLINE pt_render *pti_render_create(const pt_scene *s, const pt_render_desc *d) {
     pt_allocator a = { NULL, NULL, NULL };
     pt_render *r;
     int isa;
@@ -3810,7 +3812,7 @@ PT_DEF pt_result pt_render_merge(pt_render *into, const pt_render *from) {
     into->stats.seconds += from->stats.seconds;
     return PT_OK;
 }
-static void pti_resolve_tile(pt_render *r, int tile) {
+PTI_NOINLINE void pti_resolve_tile(pt_render *r, int tile) {
     int x0, y0, x1, y1, x, y, k;
     pti_tile_rect(r, tile, &x0, &y0, &x1, &y1);
     for (y = y0; y < y1; y++)
