@@ -646,7 +646,7 @@ static void pti_fail(pti_error *e, pt_result code, const char *format, ...) {
     pti_vformat(text, sizeof text, format, args);
     va_end(args);
     if (e->code == PT_OK) { e->code = code; memcpy(e->text, text, sizeof text); }
-    if (e->logger.log) e->logger.log(e->logger.user, code, text);
+    if (e->logger.log) (*e->logger.log)(e->logger.user, code, text);         /* so written, tgmath.h does no harm */
 }
 
 PT_DEF const char *pt_result_string(pt_result r) {

@@ -113,18 +113,21 @@ for example in examples/*.c; do
 done
 
 # ---- the tests under sanitizers
-sanitized() {                         # NAME FLAGS: compiled two files at a time
+sanitized() {                         # NAME FLAGS
     kind=$1 flags=$2
     mkdir -p "$out/$kind"
     # shellcheck disable=SC2086
-    ls tests/test_*.c | sed 's|tests/\(.*\)\.c|\1|' | xargs -P 2 -I{} clang -g -O1 $flags -fno-omit-frame-pointer -I. -c tests/{}.c -o "$out/$kind/{}.o" &&
+    ls tests/test_*.c | sed 's|tests/\(.*\)\.c|\1|' | xargs -I{} clang -g -O1 $flags -fno-omit-frame-pointer -I. -c tests/{}.c -o "$out/$kind/{}.o" &&
         clang $flags "$out/$kind"/test_*.o -o "$out/$kind/run" -lm -lpthread &&
         "$out/$kind/run"
 }
 if have clang; then
     rm -rf "$out/asan" "$out/tsan"
-    step 'tests under AddressSanitizer and UndefinedBehaviorSanitizer' sanitized asan '-fsanitize=address,undefined -fno-sanitize-recover=all'
-    step 'tests under ThreadSanitizer' sanitized tsan '-fsanitize=thread'
+    { log=$out/asan.log
+      step 'tests under AddressSanitizer and UndefinedBehaviorSanitizer' sanitized asan '-fsanitize=address,undefined -fno-sanitize-recover=all'; } &
+    { log=$out/tsan.log
+      step 'tests under ThreadSanitizer' sanitized tsan '-fsanitize=thread'; }
+    wait
 else
     skip 'tests under sanitizers' 'no clang'
 fi
