@@ -200,7 +200,7 @@ typedef struct pt_mesh_desc {
     int             borrow;                               /* the caller keeps the arrays alive; nothing is copied */
 } pt_mesh_desc;
 
-/* A shape of the user's own. bounds is asked at commit. intersect returns nonzero and fills t (tmin < t < tmax), ng,
+/* A shape of the user's own. bounds is asked once, when it is added. intersect returns nonzero and fills t (tmin < t < tmax), ng,
    and as it likes u and v, for the nearest hit; the rest of x is the renderer's. Called from all render threads. */
 typedef struct pt_shape_vtable {
     void (*bounds)(void *user, pt_vec3 *lo, pt_vec3 *hi);
@@ -276,8 +276,9 @@ PT_DEF pt_result    pt_render_run(pt_render *r);          /* blocks: desc.thread
 PT_DEF pt_result    pt_render_add_samples(pt_render *r, int spp);   /* when all is done, or cancelled and left: makes work
                                                              for spp more, and for what is missing. Else
                                                              PT_ERR_STATE */
-PT_DEF pt_result    pt_render_merge(pt_render *into, const pt_render *from); /* adds the samples of a render of the same
-                                                             size: ranges merged equal the whole, bit for bit */
+PT_DEF pt_result    pt_render_merge(pt_render *into, pt_render *from);   /* adds the samples of a render of the same size,
+                                                             both finished: ranges merged equal the whole, bit for bit
+                                                             (stratified: if every range is a multiple of spp) */
 PT_DEF void         pt_render_cancel(pt_render *r);       /* from any thread; finished pixels stay */
 PT_DEF const float *pt_render_pixels(pt_render *r);       /* mean so far: linear RGB, top row first, width * height * 3;
                                                              black where no sample is finished. One thread at a time,
@@ -1224,7 +1225,7 @@ typedef struct pti_instance {
     const pt_scene *scene;
     pt_xform to_world, to_local;
 } pti_instance;
-typedef struct pti_user { pt_shape_vtable vtable; void *user; } pti_user;
+typedef struct pti_user { pt_shape_vtable vtable; void *user; pt_vec3 lo, hi; } pti_user;
 
 typedef struct pti_shape {
     pti_shape_kind kind;
@@ -1403,7 +1404,8 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
                              k & 2 ? inner->hi.y : inner->lo.y, k & 4 ? inner->hi.z : inner->lo.z)));
         break;
     case PTI_USER:
-        s->as.user.vtable.bounds(s->as.user.user, &b.lo, &b.hi);
+        b.lo = s->as.user.lo;
+        b.hi = s->as.user.hi;
         break;
     }
     pti_bounds_pad(&b, PTI_ULPS_8 * pti_max(pti_largest_abs(b.lo), pti_largest_abs(b.hi)));
@@ -3134,6 +3136,8 @@ PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *u
     if (!shape) return none;
     shape->as.user.vtable = *v;
     shape->as.user.user = user;
+    shape->as.user.lo = lo;
+    shape->as.user.hi = hi;
     return pti_last_shape(s);
 }
 
@@ -3507,7 +3511,7 @@ static pti_sum pti_sum_of(float x) {                     /* 0 <= x <= PTI_MAX_RA
     memcpy(&bits, &x, sizeof bits);
     mantissa = (bits & 0x7fffffu) | 0x800000u;
     shift = (int)(bits >> 23) - 150 + 64;
-    if (bits >> 23 == 0 || shift <= -24) return s;
+    if (!(x > 0) || bits >> 23 == 0 || shift <= -24) return s;
     if (shift < 0) s.lo = mantissa >> -shift;
     else if (shift < 64) { s.lo = mantissa << shift; s.hi = shift ? mantissa >> (64 - shift) : 0; }
     else s.hi = mantissa << (shift - 64);
@@ -3577,10 +3581,15 @@ static int pti_check_float(pt_render *r, int fine, float value, const char *what
     if (!fine) pti_fail(&r->error, PT_ERR_ARG, "pt_render_create: %s (it is %g)", what, (double)value);
     return fine;
 }
+static int pti_check_point(pt_render *r, pt_vec3 v, const char *what) {
+    if (pti_in_range3(v)) return 1;
+    pti_fail(&r->error, PT_ERR_ARG, "pt_render_create: %s must be finite and below 1e12 (it is %g %g %g)", what, (double)v.x,
+             (double)v.y, (double)v.z);
+    return 0;
+}
 static int pti_check_camera(pt_render *r, const pt_camera *c) {
-    return pti_check_float(r, pti_in_range3(c->eye), c->eye.x, "camera.eye must be finite and below 1e12")
-        && pti_check_float(r, pti_in_range3(c->target), c->target.x, "camera.target must be finite and below 1e12")
-        && pti_check_float(r, pti_in_range3(c->up), c->up.x, "camera.up must be finite and below 1e12")
+    return pti_check_point(r, c->eye, "camera.eye") && pti_check_point(r, c->target, "camera.target")
+        && pti_check_point(r, c->up, "camera.up")
         && pti_check_float(r, c->vfov_deg >= 0 && c->vfov_deg < 180, c->vfov_deg,
                            "camera.vfov_deg must be below 180, or 0 for 40")
         && pti_check_float(r, c->aperture >= 0 && pti_in_range(c->aperture), c->aperture,
@@ -3793,13 +3802,21 @@ PT_DEF pt_result pt_render_add_samples(pt_render *r, int spp) {
     pti_unlock(&r->lock);
     return result;
 }
-PT_DEF pt_result pt_render_merge(pt_render *into, const pt_render *from) {
+static int pti_is_finished(pt_render *r) {
+    int finished;
+    pti_lock(&r->lock);
+    finished = !r->cancelled && r->tiles_done == r->tile_count;
+    pti_unlock(&r->lock);
+    return finished;
+}
+PT_DEF pt_result pt_render_merge(pt_render *into, pt_render *from) {
     size_t i, n;
     int k;
     if (!into || !from) return PT_ERR_MEMORY;
     if (into->error.code != PT_OK) return into->error.code;
     if (from->error.code != PT_OK) return from->error.code;
     if (into == from || into->desc.width != from->desc.width || into->desc.height != from->desc.height) return PT_ERR_ARG;
+    if (!pti_is_finished(into) || !pti_is_finished(from)) return PT_ERR_STATE;
     n = (size_t)into->desc.width * (size_t)into->desc.height;
     for (i = 0; i < n; i++) {
         for (k = 0; k < 3; k++) pti_sum_add(&into->film[i].rgb[k], from->film[i].rgb[k]);
