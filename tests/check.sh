@@ -103,14 +103,18 @@ draws() {                             # SOURCE PROGRAM: the picture must be ther
     sed 's/\.spp = [0-9]*/.spp = 1/; s/total == [0-9]*/total == 2/; s|"../pt.h"|"pt.h"|' "$1" > "$2.c" &&
         gcc -std=c99 -O2 -I. "$2.c" -o "$2" -lm -lpthread && rm -f "$2.ppm" && "$2" "$2.ppm" && test -s "$2.ppm"
 }
-for example in examples/*.c; do
-    for compiler in gcc clang; do
-        if have $compiler; then
-            step "$compiler: $example" $compiler -std=c99 -Wall -Wextra -Wpedantic -Werror -O0 -c "$example" -o "$out/example.o"
-        fi
+check_examples() {
+    log=$out/examples.log
+    for example in examples/*.c; do
+        for compiler in gcc clang; do
+            if have $compiler; then
+                step "$compiler: $example" $compiler -std=c99 -Wall -Wextra -Wpedantic -Werror -fsyntax-only "$example"
+            fi
+        done
+        case $example in */[0-9]*) step "draws: $example" draws "$example" "$out/$(basename "$example" .c)";; esac
     done
-    case $example in */[0-9]*) step "draws: $example" draws "$example" "$out/$(basename "$example" .c)";; esac
-done
+}
+check_examples &                      # beside what follows
 
 # ---- the tests under sanitizers
 sanitized() {                         # NAME FLAGS
@@ -131,6 +135,7 @@ if have clang; then
 else
     skip 'tests under sanitizers' 'no clang'
 fi
+wait
 
 sed 's/^/failed: /' "$out/failed"
 echo "check: $(wc -l < "$out/failed") failed, $(wc -l < "$out/skipped") skipped"
