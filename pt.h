@@ -15,7 +15,7 @@
          if (pt_render_run(r) == PT_OK) pt_write_ppm("sphere.ppm", pt_render_pixels(r), 512, 512, 0);
          pt_render_destroy(r);
          pt_scene_destroy(s);
-     cc main.c -lm -lpthread.  No flags are needed for speed: the AVX2 code is chosen at run time.
+     cc -O2 main.c -lm -lpthread.  No more flags are needed for speed: the AVX2 code is chosen at run time.
 
    OPTIONS  (define before the #include that has PT_IMPLEMENTATION)
      PT_STATIC          every function static: the whole path tracer inside one source file
@@ -261,7 +261,8 @@ typedef struct pt_render_desc {
 } pt_render_desc;
 typedef struct pt_stats {
     uint64_t rays, paths;
-    uint64_t discarded;                                   /* samples that were not finite, or negative: counted as black */
+    uint64_t discarded;                                   /* samples not finite, negative or above 1e12: counted
+                                                             as black */
     double seconds;                                       /* inside pt_render_run; 0 with PT_NO_THREADS */
 } pt_stats;
 
@@ -3261,7 +3262,7 @@ static int pti_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x, int
     pti_hit hit;
     pti_fpmode mode;
     int found;
-    if (!s || !s->committed) return 0;
+    if (!s || !ray || !s->committed) return 0;
     if (!pti_finite3(ray->org) || !pti_finite3(ray->dir) || pti_is_zero3(ray->dir)) return 0;
     mode = pti_fpmode_enter();
     pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, ray->time);
