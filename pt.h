@@ -200,8 +200,9 @@ typedef struct pt_mesh_desc {
     int             borrow;                               /* the caller keeps the arrays alive; nothing is copied */
 } pt_mesh_desc;
 
-/* A shape of the user's own. bounds is asked once, when it is added. intersect returns nonzero and fills t (tmin < t < tmax), ng,
-   and as it likes u and v, for the nearest hit; the rest of x is the renderer's. Called from all render threads. */
+/* A shape of the user's own. bounds is asked once, when it is added. intersect returns nonzero and fills t (tmin < t <
+   tmax), ng, and as it likes u and v, for the nearest hit; the rest of x is the renderer's. Called from all render
+   threads. */
 typedef struct pt_shape_vtable {
     void (*bounds)(void *user, pt_vec3 *lo, pt_vec3 *hi);
     int  (*intersect)(void *user, const pt_ray *ray, pt_vertex *x);
@@ -2689,6 +2690,10 @@ static int pti_check(pt_scene *s, int fine, const char *call, const char *what, 
     if (!fine) pti_fail(&s->error, PT_ERR_ARG, "%s: %s (it is %g)", call, what, (double)value);
     return fine;
 }
+static int pti_require(pt_scene *s, int fine, const char *call, const char *else_why) {
+    if (!fine) pti_fail(&s->error, PT_ERR_ARG, "%s: %s", call, else_why);
+    return fine;
+}
 static int pti_check3(pt_scene *s, int fine, const char *call, const char *what, pt_vec3 v) {
     if (!fine)
         pti_fail(&s->error, PT_ERR_ARG, "%s: %s (it is %g %g %g)", call, what, (double)v.x, (double)v.y, (double)v.z);
@@ -2752,11 +2757,12 @@ static int pti_check_material(pt_scene *s, const pt_material_desc *d) {
     return pti_check(s, d->bsdf >= PT_BSDF_DIFFUSE && d->bsdf <= PT_BSDF_USER, call, "bsdf is no pt_bsdf", (float)d->bsdf)
         && pti_check3(s, c.x >= 0 && c.y >= 0 && c.z >= 0 && c.x <= 1 && c.y <= 1 && c.z <= 1, call,
                       "color must be between 0 and 1", c)
-        && pti_check3(s, e.x >= 0 && e.y >= 0 && e.z >= 0 && pti_finite3(e), call, "emission must be finite and >= 0", e)
+        && pti_check3(s, e.x >= 0 && e.y >= 0 && e.z >= 0 && pti_in_range3(e), call,
+                      "emission must be between 0 and 1e12", e)
         && pti_check(s, d->ior >= 0 && pti_finite(d->ior), call, "ior must be finite and > 0, or 0 for 1.5", d->ior)
         && pti_check_id(s, d->color_texture.id, s->texture_count, call, "color_texture")
-        && pti_check(s, d->bsdf != PT_BSDF_USER || (d->vtable && d->vtable->eval && d->vtable->pdf && d->vtable->sample),
-                     call, "PT_BSDF_USER needs a vtable with eval, pdf and sample", 0);
+        && pti_require(s, d->bsdf != PT_BSDF_USER || (d->vtable && d->vtable->eval && d->vtable->pdf && d->vtable->sample),
+                       call, "PT_BSDF_USER needs a vtable with eval, pdf and sample");
 }
 PT_DEF pt_material pt_add_material(pt_scene *s, const pt_material_desc *d) {
     pt_material id = { 0 };
@@ -2806,8 +2812,8 @@ static int pti_check_pixels(pt_scene *s, const pt_texture_desc *d) {
     if (!d->is_float) return 1;
     for (i = 0; i < n; i++) {
         if (pti_finite(p[i])) continue;
-        pti_fail(&s->error, PT_ERR_ARG, "pt_add_texture: pixel (%u, %u) is not finite: %g", (uint64_t)(i % row / (size_t)d->channels),
-                 (uint64_t)(i / row), (double)p[i]);
+        pti_fail(&s->error, PT_ERR_ARG, "pt_add_texture: pixel (%u, %u) is not finite: %g",
+                 (uint64_t)(i % row / (size_t)d->channels), (uint64_t)(i / row), (double)p[i]);
         return 0;
     }
     return 1;
@@ -2819,7 +2825,7 @@ PTI_NOINLINE pt_texture pti_add_texture_ieee(pt_scene *s, const pt_texture_desc 
     void *array;
     int i;
     if (!pti_scene_open(s, call, d)) return id;
-    if (!d->eval && !(pti_check(s, d->pixels != NULL, call, "pixels is NULL, and there is no eval", 0)
+    if (!d->eval && !(pti_require(s, d->pixels != NULL, call, "pixels is NULL, and there is no eval")
         && pti_check(s, d->width > 0 && d->width <= 65536, call, "width must be 1 to 65536", (float)d->width)
         && pti_check(s, d->height > 0 && d->height <= 65536, call, "height must be 1 to 65536", (float)d->height)
         && pti_check(s, d->channels == 1 || d->channels == 3 || d->channels == 4, call, "channels must be 1, 3 or 4",
@@ -2856,7 +2862,7 @@ PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d) {
     pt_density_desc *slot;
     void *array;
     if (!pti_scene_open(s, call, d)
-        || !pti_check(s, d->sample && d->pdf, call, "sample or pdf is NULL", 0)
+        || !pti_require(s, d->sample && d->pdf, call, "sample or pdf is NULL")
         || !pti_check(s, d->weight >= 0 && d->weight <= 0.95f, call, "weight must be between 0 and 0.95", d->weight))
         return id;
     array = s->densities;
@@ -2869,6 +2875,19 @@ PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d) {
     return id;
 }
 
+/* A sky that the film could not take would come out black. */
+static int pti_check_map(pt_scene *s, const pti_texture *t) {
+    int x, y;
+    for (y = 0; y < t->height; y++)
+        for (x = 0; x < t->width; x++) {
+            pt_vec3 c = pti_texel(t, x, y);
+            if (c.x >= 0 && c.y >= 0 && c.z >= 0 && pti_in_range3(c)) continue;
+            pti_fail(&s->error, PT_ERR_ARG, "pt_add_light: pixel (%d, %d) of the environment must be between 0 and 1e12 "
+                     "(it is %g %g %g)", x, y, (double)c.x, (double)c.y, (double)c.z);
+            return 0;
+        }
+    return 1;
+}
 PTI_NOINLINE pt_light pti_add_light_ieee(pt_scene *s, const pt_light_desc *d) {
     const char *call = "pt_add_light";
     pt_light id = { 0 };
@@ -2876,14 +2895,14 @@ PTI_NOINLINE pt_light pti_add_light_ieee(pt_scene *s, const pt_light_desc *d) {
     if (!pti_scene_open(s, call, d)) return id;
     e = &s->environment;
     if (!pti_check(s, d->kind == PT_LIGHT_ENVIRONMENT, call, "kind is no pt_light_kind", (float)d->kind)
-        || !pti_check(s, !e->present, call, "the scene has an environment already", 1)
-        || !pti_check3(s, d->color.x >= 0 && d->color.y >= 0 && d->color.z >= 0 && pti_finite3(d->color), call,
-                       "color must be finite and >= 0", d->color)
+        || !pti_require(s, !e->present, call, "the scene has an environment already")
+        || !pti_check3(s, d->color.x >= 0 && d->color.y >= 0 && d->color.z >= 0 && pti_in_range3(d->color), call,
+                       "color must be between 0 and 1e12", d->color)
         || !pti_check(s, fabsf(d->rotate_deg) <= 36000, call, "rotate_deg must be within 36000", d->rotate_deg)
         || !pti_check_id(s, d->texture.id, s->texture_count, call, "texture")
         || !pti_check(s, !d->texture.id || !s->textures[d->texture.id - 1].eval, call,
-                      "an environment's texture must have pixels; for a callback, see radiance", (float)d->texture.id))
-        return id;
+                      "an environment's texture must have pixels; for a callback, see radiance", (float)d->texture.id)
+        || (d->texture.id && !pti_check_map(s, s->textures + (d->texture.id - 1)))) return id;
     e->present = 1;
     e->color = d->color;
     e->radiance = d->radiance; e->user = d->user;
@@ -2926,11 +2945,24 @@ static int pti_check_shape(pt_scene *s, const char *call, const void *argument, 
     return pti_scene_open(s, call, argument) && pti_check_id(s, m.id, s->material_count - 1, call, "material");
 }
 
+static int pti_check_floats(pt_scene *s, const char *call, const char *what, const float *p, size_t count, size_t size) {
+    size_t i;
+    for (i = 0; p && i < count * size; i++) {
+        if (pti_in_range(p[i])) continue;
+        pti_fail(&s->error, PT_ERR_ARG, "%s: %s %u must be finite and below 1e12 (a component is %g)", call, what,
+                 (uint64_t)(i / size), (double)p[i]);
+        return 0;
+    }
+    return 1;
+}
 static int pti_check_mesh(pt_scene *s, const pt_mesh_desc *d, size_t stride, size_t corners) {
     const char *call = "pt_add_mesh";
     size_t i;
-    int k;
-    if (!pti_check(s, d->positions || !d->vertex_count, call, "positions is NULL", 0)) return 0;
+    if (!pti_require(s, d->positions || !d->vertex_count, call, "positions is NULL")
+        || !pti_require(s, d->vertex_count || !d->positions, call, "vertex_count is 0, but there are positions")
+        || !pti_require(s, d->index_count || !d->indices, call, "index_count is 0, but there are indices")
+        || !pti_require(s, corners / 3 <= PTI_INDEX(PTI_NONE), call, "index_count is more than a scene has room for"))
+        return 0;
     if (stride < 12 || stride % 4 || d->vertex_count > UINT32_MAX || d->vertex_count > SIZE_MAX / stride) {
         pti_fail(&s->error, PT_ERR_ARG, "%s: vertex_stride is %u, it must be a multiple of 4 from 12 on, and the array "
                  "must fit into memory", call, (uint64_t)stride);
@@ -2950,14 +2982,13 @@ static int pti_check_mesh(pt_scene *s, const pt_mesh_desc *d, size_t stride, siz
     for (i = 0; i < d->vertex_count; i++) {
         const float *p = (const float *)(const void *)((const char *)d->positions + i * stride);
         int fine = pti_in_range(p[0]) && pti_in_range(p[1]) && pti_in_range(p[2]);
-        for (k = 0; k < 3; k++) fine = fine && (!d->normals || pti_in_range(d->normals[3 * i + (size_t)k]));
-        for (k = 0; k < 2; k++) fine = fine && (!d->uvs || pti_in_range(d->uvs[2 * i + (size_t)k]));
         if (fine) continue;
-        pti_fail(&s->error, PT_ERR_ARG, "%s: vertex %u has a coordinate, normal or uv that is not finite and below 1e12: "
-                 "position %g %g %g", call, (uint64_t)i, (double)p[0], (double)p[1], (double)p[2]);
+        pti_fail(&s->error, PT_ERR_ARG, "%s: vertex %u must be finite and below 1e12 (it is %g %g %g)", call, (uint64_t)i,
+                 (double)p[0], (double)p[1], (double)p[2]);
         return 0;
     }
-    return 1;
+    return pti_check_floats(s, call, "normal", d->normals, d->vertex_count, 3)
+        && pti_check_floats(s, call, "uv", d->uvs, d->vertex_count, 2);
 }
 static const void *pti_copy(pt_scene *s, const void *from, size_t count, size_t size) {
     void *p;
@@ -3077,7 +3108,8 @@ PT_DEF pt_shape pt_add_sphere(pt_scene *s, pt_vec3 center, float radius, pt_mate
     pti_shape *shape;
     if (!pti_check_shape(s, "pt_add_sphere", s, m)
         || !pti_check3(s, pti_in_range3(center), "pt_add_sphere", "center must be finite and below 1e12", center)
-        || !pti_check(s, radius > 0 && pti_in_range(radius), "pt_add_sphere", "radius must be above 0 and below 1e12", radius))
+        || !pti_check(s, radius > 0 && pti_in_range(radius), "pt_add_sphere",
+                      "radius must be above 0 and below 1e12", radius))
         return none;
     shape = pti_shape_slot(s, PTI_SPHERE, 1, m);
     if (!shape) return none;
@@ -3098,9 +3130,9 @@ PTI_NOINLINE pt_shape pti_add_instance_ieee(pt_scene *s, const pt_scene *of, con
     pt_xform x = pti_xform_or_identity(xform), inverse;
     int i;
     if (!pti_scene_open(s, call, of)
-        || !pti_check(s, of != s, call, "a scene can not contain itself", 0)
-        || !pti_check(s, of->committed, call, "commit the scene before you place it", 0)
-        || !pti_check(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself", 1))
+        || !pti_require(s, of != s, call, "a scene can not contain itself")
+        || !pti_require(s, of->committed, call, "commit the scene before you place it")
+        || !pti_require(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself"))
         return none;
     for (i = 0; i < 12; i++)
         if (!pti_check(s, pti_in_range(x.m[i]), call, "xform must be finite and below 1e12", x.m[i])) return none;
@@ -3128,7 +3160,7 @@ PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *u
     pti_shape *shape;
     pt_vec3 lo = { 0, 0, 0 }, hi = { 0, 0, 0 };
     if (!pti_check_shape(s, call, v, m)
-        || !pti_check(s, v->bounds && v->intersect, call, "bounds or intersect is NULL", 0)) return none;
+        || !pti_require(s, v->bounds && v->intersect, call, "bounds or intersect is NULL")) return none;
     v->bounds(user, &lo, &hi);
     if (!pti_check3(s, pti_in_range3(lo) && lo.x <= hi.x && lo.y <= hi.y && lo.z <= hi.z, call,
                     "lo must be finite and not above hi", lo)
@@ -3318,7 +3350,8 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pt_vertex *x, const p
     return mix;
 }
 /* A path that chose the BSDF again and again weighs up to (albedo / share)^depth, without bound in bright rooms: its second
-   moment diverges. So a path that has grown leaves more to the BSDF, and stays calm. Shares may depend on the path's past. */
+   moment diverges. So a path whose potential (see >>path: its throughput, deltas left out) has grown above 1 gives the other
+   parts w / potential only, and the BSDF the rest. Shares may depend on the path's past. */
 static void pti_mixture_calm(pti_mixture *m, float potential) {
     float calm = potential > 1 ? 1 / potential : 1.0f;
     m->lights *= calm;

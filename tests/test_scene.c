@@ -59,6 +59,20 @@ static uint32_t bad_position_huge(fixture *f) { float p[9]; memcpy(p, tri, sizeo
 static uint32_t bad_normal(fixture *f) { float p[9]; memcpy(p, tri, sizeof p); p[8] = not_a_number(); return MESH(.positions = tri, .normals = p, .vertex_count = 3); }
 static uint32_t bad_uv(fixture *f) { float p[6] = { 0, 0, 1, 0, 0, 0 }; p[5] = -infinite(); return MESH(.positions = tri, .uvs = p, .vertex_count = 3); }
 static uint32_t bad_float_texture(fixture *f) { float p[3] = { 1, 1, 1 }; p[1] = not_a_number(); return pt_add_texture(f->s, &(pt_texture_desc){ .width = 1, .height = 1, .channels = 3, .is_float = 1, .pixels = p }).id; }
+static uint32_t bad_map(fixture *f, float value) {
+    float p[3] = { 1, 1, 1 };
+    pt_texture t;
+    p[2] = value;
+    t = pt_add_texture(f->s, &(pt_texture_desc){ .width = 1, .height = 1, .channels = 3, .is_float = 1, .pixels = p });
+    return pt_add_light(f->s, &(pt_light_desc){ .texture = t }).id;
+}
+static uint32_t bad_map_negative(fixture *f) { return bad_map(f, -1); }
+static uint32_t bad_map_bright(fixture *f) { return bad_map(f, 3e38f); }
+BAD(emission_bright, pt_add_material(f->s, &(pt_material_desc){ .emission = { 1e30f, 0, 0 } }).id)
+BAD(light_bright, pt_add_light(f->s, &(pt_light_desc){ .color = { 1, 2e12f, 1 } }).id)
+BAD(forgotten_vertex_count, MESH(.positions = tri))
+BAD(forgotten_index_count, MESH(.positions = tri, .vertex_count = 3, .indices = (const uint32_t[]){ 0, 1, 2 }))
+BAD(endless_indices, MESH(.positions = tri, .vertex_count = 3, .indices = (const uint32_t[]){ 0, 1, 2 }, .index_count = SIZE_MAX))
 BAD(no_positions, MESH(.vertex_count = 3))
 BAD(stride, MESH(.positions = tri, .vertex_count = 3, .vertex_stride = 8))
 BAD(stride_odd, MESH(.positions = tri, .vertex_count = 2, .vertex_stride = 14))
@@ -125,9 +139,14 @@ static uint32_t bad_light_eval(fixture *f) { pt_texture t = pt_add_texture(f->s,
 static const bad_call bad_calls[] = {
     { "index", "pt_add_mesh|index 4 is 5|3 vertices", bad_index }, { "position", "pt_add_mesh|vertex 1|nan", bad_position },
     { "infinite position", "pt_add_mesh|vertex 2|inf", bad_position_inf }, { "huge position", "pt_add_mesh|vertex 2|-2e+12", bad_position_huge },
-    { "normal", "pt_add_mesh|vertex 2|normal", bad_normal }, { "uv", "pt_add_mesh|vertex 2|uv", bad_uv },
+    { "normal", "pt_add_mesh|normal 2|nan", bad_normal }, { "uv", "pt_add_mesh|uv 2|inf", bad_uv },
     { "no positions", "pt_add_mesh|positions is NULL", bad_no_positions }, { "stride", "pt_add_mesh|vertex_stride is 8", bad_stride },
     { "odd stride", "pt_add_mesh|vertex_stride is 14", bad_stride_odd }, { "vertex_count", "pt_add_mesh", bad_vertex_count },
+    { "negative map", "pt_add_light|pixel (0, 0)|-1", bad_map_negative }, { "bright map", "pt_add_light|pixel (0, 0)|3e+38", bad_map_bright },
+    { "bright emission", "pt_add_material|emission|1e+30", bad_emission_bright }, { "bright light", "pt_add_light|color|2e+12", bad_light_bright },
+    { "forgotten vertex_count", "pt_add_mesh|vertex_count is 0", bad_forgotten_vertex_count },
+    { "forgotten index_count", "pt_add_mesh|index_count is 0", bad_forgotten_index_count },
+    { "endless indices", "pt_add_mesh|index_count", bad_endless_indices },
     { "corners", "pt_add_mesh|2 indices", bad_corners }, { "index_count", "pt_add_mesh|index 3 is 3|3 vertices", bad_index_count },
     { "mesh material", "pt_add_mesh|material 7 does not exist", bad_mesh_material }, { "mesh NULL", "pt_add_mesh|NULL", bad_mesh_null },
     { "sphere center", "pt_add_sphere|center|nan", bad_sphere_center }, { "sphere radius", "pt_add_sphere|radius|is 0", bad_sphere_radius },
