@@ -193,7 +193,8 @@ typedef struct pt_mesh_desc {
     const float    *positions;                            /* x y z ... in metres, finite, below 1e12 */
     size_t          vertex_count, vertex_stride;          /* stride in bytes, a multiple of 4; 0 = 12 */
     const uint32_t *indices;                              /* three a triangle; NULL = 0 1 2, 3 4 5, ... */
-    size_t          index_count;                          /* with NULL indices: 0 = vertex_count */
+    size_t          index_count;                          /* with NULL indices: 0 = vertex_count; else 0 is an empty mesh,
+                                                             and no error */
     const float    *normals, *uvs;                        /* 3 and 2 floats a vertex, tight; NULL = none. A zero normal
                                                              stands for the triangle's own */
     pt_material     material;
@@ -2959,8 +2960,6 @@ static int pti_check_mesh(pt_scene *s, const pt_mesh_desc *d, size_t stride, siz
     const char *call = "pt_add_mesh";
     size_t i;
     if (!pti_require(s, d->positions || !d->vertex_count, call, "positions is NULL")
-        || !pti_require(s, d->vertex_count || !d->positions, call, "vertex_count is 0, but there are positions")
-        || !pti_require(s, d->index_count || !d->indices, call, "index_count is 0, but there are indices")
         || !pti_require(s, corners / 3 <= PTI_INDEX(PTI_NONE), call, "index_count is more than a scene has room for"))
         return 0;
     if (stride < 12 || stride % 4 || d->vertex_count > UINT32_MAX || d->vertex_count > SIZE_MAX / stride) {

@@ -70,8 +70,6 @@ static uint32_t bad_map_negative(fixture *f) { return bad_map(f, -1); }
 static uint32_t bad_map_bright(fixture *f) { return bad_map(f, 3e38f); }
 BAD(emission_bright, pt_add_material(f->s, &(pt_material_desc){ .emission = { 1e30f, 0, 0 } }).id)
 BAD(light_bright, pt_add_light(f->s, &(pt_light_desc){ .color = { 1, 2e12f, 1 } }).id)
-BAD(forgotten_vertex_count, MESH(.positions = tri))
-BAD(forgotten_index_count, MESH(.positions = tri, .vertex_count = 3, .indices = (const uint32_t[]){ 0, 1, 2 }))
 BAD(endless_indices, MESH(.positions = tri, .vertex_count = 3, .indices = (const uint32_t[]){ 0, 1, 2 }, .index_count = SIZE_MAX))
 BAD(no_positions, MESH(.vertex_count = 3))
 BAD(stride, MESH(.positions = tri, .vertex_count = 3, .vertex_stride = 8))
@@ -144,8 +142,6 @@ static const bad_call bad_calls[] = {
     { "odd stride", "pt_add_mesh|vertex_stride is 14", bad_stride_odd }, { "vertex_count", "pt_add_mesh", bad_vertex_count },
     { "negative map", "pt_add_light|pixel (0, 0)|-1", bad_map_negative }, { "bright map", "pt_add_light|pixel (0, 0)|3e+38", bad_map_bright },
     { "bright emission", "pt_add_material|emission|1e+30", bad_emission_bright }, { "bright light", "pt_add_light|color|2e+12", bad_light_bright },
-    { "forgotten vertex_count", "pt_add_mesh|vertex_count is 0", bad_forgotten_vertex_count },
-    { "forgotten index_count", "pt_add_mesh|index_count is 0", bad_forgotten_index_count },
     { "endless indices", "pt_add_mesh|index_count", bad_endless_indices },
     { "corners", "pt_add_mesh|2 indices", bad_corners }, { "index_count", "pt_add_mesh|index 3 is 3|3 vertices", bad_index_count },
     { "mesh material", "pt_add_mesh|material 7 does not exist", bad_mesh_material }, { "mesh NULL", "pt_add_mesh|NULL", bad_mesh_null },
