@@ -203,6 +203,7 @@ static void add_environment(pt_scene *s, const options *o) {
     }
     pt_add_light(s, &light);
     pt_image_free(&map);
+    if (*pt_scene_error(s)) die(1, "%s: %s", o->env ? o->env : "the default sky", pt_scene_error(s));
 }
 static pt_material add_material(pt_scene *s, const options *o) {
     pt_material_desc m = { .bsdf = PT_BSDF_DIFFUSE, .color = { .7f, .7f, .7f } };
@@ -321,6 +322,7 @@ int main(int argc, char **argv) {
     check_writable(o.out);
     if (!s) die(1, "out of memory");
     camera = add_model(s, &o);
+    if (*pt_scene_error(s)) die(1, "%s: %s", o.model, pt_scene_error(s));
     add_environment(s, &o);
     if (pt_scene_commit(s) != PT_OK) die(1, "%s: %s", o.model, pt_scene_error(s));
     r = pt_render_create(s, &(pt_render_desc){ .width = o.width, .height = o.height, .spp = o.spp < PASS ? o.spp : PASS,
@@ -332,6 +334,8 @@ int main(int argc, char **argv) {
     if (result != PT_OK) die(1, "%s", pt_render_error(r));
     if (write_picture(&o, pt_render_pixels(r)) != PT_OK) die(1, "cannot write %s: %s; give another --out", o.out, strerror(errno));
     stats = pt_render_stats(r);
+    if (stats.discarded) fprintf(stderr, "render_obj: %llu of %llu samples could not be used, and count as black\n",
+                                 (unsigned long long)stats.discarded, (unsigned long long)stats.paths);
     if (!o.quiet) printf("%s: %d x %d, %d samples a pixel, %.1f s, %.1f million rays a second\n", o.out, o.width, o.height, o.spp,
                          stats.seconds, stats.seconds > 0 ? (double)stats.rays / stats.seconds * 1e-6 : 0.0);
     pt_render_destroy(r);
