@@ -156,7 +156,7 @@ typedef struct pt_texture_desc {
     int srgb;                                             /* bytes only: 1 = sRGB-encoded, 0 = linear */
     int is_float;                                         /* pixels are floats instead of bytes */
     const void *pixels;                                   /* copied; floats must be finite */
-    pt_vec3 (*eval)(void *user, const pt_vertex *x);      /* instead of pixels */
+    pt_vec3 (*eval)(void *user, const pt_vertex *x);      /* instead of pixels. Called from all render threads */
     void *user;
 } pt_texture_desc;
 PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d);
@@ -168,7 +168,8 @@ typedef enum pt_bsdf { PT_BSDF_DIFFUSE, PT_BSDF_CONDUCTOR, PT_BSDF_DIELECTRIC, P
    eval and pdf itself, since it may draw directions from elsewhere too. */
 typedef struct pt_scatter { pt_vec3 wi, f; float pdf; int delta; } pt_scatter;
 
-/* A BSDF. Directions are unit vectors that point away from the surface. The built-in ones are tables of this kind too. */
+/* A BSDF. Directions are unit vectors that point away from the surface. The built-in ones are tables of this kind too.
+   Called from all render threads. */
 typedef struct pt_bsdf_vtable {
     pt_vec3 (*eval)(void *user, const pt_vertex *x, pt_vec3 wi);        /* f(wo, wi) |cos|, without delta lobes */
     float   (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi);         /* per steradian, without delta lobes */
@@ -228,9 +229,10 @@ typedef struct pt_light_desc {
                                                              zero = 1 */
     pt_texture texture;                                   /* equirectangular: its middle is towards -z, its right
                                                              towards +x */
-    float rotate_deg;                                     /* about +y, counter-clockwise seen from above */
+    float rotate_deg;                                     /* -36000 to 36000, about +y, counter-clockwise seen from above */
     pt_vec3 (*radiance)(void *user, pt_vec3 dir);         /* instead of a texture; sampled after a table of
-                                                             256 x 128 cells */
+                                                             256 x 128 cells. Called at commit, and from all render
+                                                             threads */
     void *user;
 } pt_light_desc;
 PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d);
@@ -245,20 +247,23 @@ typedef struct pt_camera {
 typedef enum pt_sampler { PT_SAMPLER_SOBOL, PT_SAMPLER_STRATIFIED, PT_SAMPLER_RANDOM } pt_sampler;
 
 /* Shares of the mixture's parts. All zero = automatic: what is there divides among the parts by how much light they seem
-   to send, a fair share staying with the BSDF. Else relative, >= 0; a part that a vertex lacks gives its share back. */
+   to send, a fair share staying with the BSDF. Else relative, 0 to 1e6; a part that a vertex lacks gives its share back.
+   Any weights with bsdf > 0 have the same mean; without it, light that only the BSDF finds is left out: for comparisons. */
 typedef struct pt_weights { float bsdf, lights, environment; } pt_weights;
 
 typedef struct pt_render_desc {
     int width, height, spp;                               /* pixels, up to 65536 each; samples a pixel, 0 = 64 */
-    int max_depth;                                        /* scattering events; 0 = 64 */
-    int tile, threads;                                    /* 0 = 32 pixels; 0 = one a core */
+    int max_depth;                                        /* scattering events, up to 2^27 - 1; 0 = 64 */
+    int tile, threads;                                    /* up to 65536, 0 = 32 pixels; up to 4096, 0 = one a core */
     uint64_t seed;
     int first_sample;                                     /* of a larger render that several machines share */
     pt_camera camera;
     pt_sampler sampler;
     pt_weights weights;
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
-    int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time; nonzero cancels */
+    int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
+                                                             finished it; nonzero cancels. It may call pt_render_pixels,
+                                                             _stats and _cancel, but not _work or _run */
     void *user;
 } pt_render_desc;
 typedef struct pt_stats {
@@ -2300,7 +2305,7 @@ static float pti_material_delta(const pti_material *m, const pt_vertex *x) {
 
 /* ---- >>light -------------------------------------------------------------------------------------------
    Where light comes from, as densities over directions. Seen from p, an emitter is drawn uniformly over its solid angle S,
-   with p = 1 / S: that leaves only the cosine and the surface's own radiance as noise. */
+   with p = 1 / S: of the noise, that leaves what the BSDF, the cosine and the shadows make. */
 
 typedef enum pti_emitter_kind { PTI_TRIANGLE_LIGHT, PTI_RECT_LIGHT, PTI_SPHERE_LIGHT } pti_emitter_kind;
 typedef struct pti_emitter {
@@ -2412,7 +2417,8 @@ static int pti_emitter_in_cone(const pti_emitter *e, pt_vec3 p, pt_vec3 wi, floa
     return *one_minus_cos >= 2 || pti_dot(d, d) <= 2 * *one_minus_cos;
 }
 /* A direction is made of floats: on the rim, rounding takes some to where the density is 0. Those are lost; were they
-   kept, what they find would count 1 / p_bsdf instead of S. (An emitter thinner than 1e-5 rad loses percents that way.) */
+   kept, what they find would count 1 / p_bsdf instead of S. That is a bias, and the price of floats: nothing to see on most
+   emitters, percents of the light of one thinner than 1e-5 rad. */
 static int pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
     float S;
     if (!pti_emitter_draw(e, p, u, v, wi)) return 0;
@@ -2439,6 +2445,7 @@ static float pti_emitter_pdf(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
 
 /* The light tree: a mixture of its two children, whose weights depend on where the path stands,
        p(wi) = w p_left(wi) + (1 - w) p_right(wi),   w = I(left) / (I(left) + I(right)),   I = power / distance^2
+   with the distance no less than half the box's diagonal, and I = 0 for an emitter that faces away
    (the idea of Conty Estevez and Kulla 2018). sample walks down one way; pdf walks down all boxes that the ray meets and
    adds up what it finds in the leaves: all emitters along the direction, hidden ones too. */
 typedef struct pti_light_node { pti_bounds box; float power; uint32_t left, right; } pti_light_node;  /* leaf: left == right
@@ -2655,7 +2662,8 @@ static int pti_environment_build(pti_environment *e, const pt_allocator *a) {  /
 }
 
 /* ---- >>scene -------------------------------------------------------------------------------------------
-   Where all that comes in is checked and kept. Nothing below this chapter meets an index out of range or a NaN. */
+   Where all that comes in is checked and kept. Nothing below this chapter meets an index out of range, nor a
+   NaN but what a callback returns. */
 
 struct pt_scene {
     pt_allocator allocator;
@@ -3358,7 +3366,7 @@ static void pti_mixture_calm(pti_mixture *m, float potential) {
     m->users *= calm;
     m->bsdf = 1 - m->lights - m->environment - m->users;
 }
-/* Of the smooth part. */
+/* The density of wi under the smooth part, by whichever part it was drawn. */
 static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi) {
     const pt_scene *s = m->scene;
     float p, scale = s->density_weight > 0 ? m->users / s->density_weight : 0.0f;
@@ -3385,7 +3393,8 @@ static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const
 typedef struct pti_step { pt_vec3 wi, weight; int delta; } pti_step;
 
 /* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
-   picks among lights. 0: the path ends here. */
+   picks among lights or the user's densities, and is the third number of a user's BSDF; it may be 0 where none of them is.
+   0: the path ends here. */
 static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, uint32_t choice, pti_step *step) {
     const pt_scene *s = m->scene;
     const pti_material *bsdf = m->m;
@@ -3525,9 +3534,10 @@ static void pti_lens_ray(const pti_lens *l, float x, float y, float u, float v, 
 
 /* ---- >>film --------------------------------------------------------------------------------------------
    Sums that are exact: each sample is cut to a multiple of 2^-64 and added as a 128-bit integer. So they never drift, not at
-   a million samples a pixel, and do not depend on the order: ranges of samples merged equal the whole, bit for bit. */
+   a million samples a pixel, and do not depend on the order: ranges of samples merged equal the whole, bit for bit. There is
+   room for 1.8e7 samples of the largest radiance allowed. */
 
-typedef struct pti_sum { uint64_t hi, lo; } pti_sum;     /* two's complement, hi + lo 2^-64 */
+typedef struct pti_sum { uint64_t hi, lo; } pti_sum;     /* hi + lo 2^-64, never negative */
 typedef struct pti_pixel { pti_sum rgb[3]; uint32_t count; } pti_pixel;
 
 #define PTI_MAX_RADIANCE 1e12f
@@ -3850,6 +3860,7 @@ PT_DEF pt_result pt_render_merge(pt_render *into, pt_render *from) {
     if (from->error.code != PT_OK) return from->error.code;
     if (into == from || into->desc.width != from->desc.width || into->desc.height != from->desc.height) return PT_ERR_ARG;
     if (!pti_is_finished(into) || !pti_is_finished(from)) return PT_ERR_STATE;
+    if (into->aim + from->aim > 0x7fffffffu) return PT_ERR_ARG;
     n = (size_t)into->desc.width * (size_t)into->desc.height;
     for (i = 0; i < n; i++) {
         for (k = 0; k < 3; k++) pti_sum_add(&into->film[i].rgb[k], from->film[i].rgb[k]);
