@@ -161,7 +161,9 @@ typedef struct pt_texture_desc {
 } pt_texture_desc;
 PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d);
 
-typedef enum pt_bsdf { PT_BSDF_DIFFUSE, PT_BSDF_CONDUCTOR, PT_BSDF_DIELECTRIC, PT_BSDF_USER } pt_bsdf;
+typedef enum pt_bsdf {
+    PT_BSDF_DIFFUSE, PT_BSDF_CONDUCTOR, PT_BSDF_DIELECTRIC, PT_BSDF_PRINCIPLED, PT_BSDF_MIX, PT_BSDF_NONE, PT_BSDF_USER
+} pt_bsdf;
 
 /* What a BSDF says when asked for a direction. delta: wi is the only direction of its lobe (a mirror's), pdf is the
    probability of having chosen that lobe, and f the lobe's whole weight. Else pdf and f are ignored: the mixture asks
@@ -177,14 +179,41 @@ typedef struct pt_bsdf_vtable {
     float   (*delta)(void *user, const pt_vertex *x);                   /* probability that sample yields a delta; the pdf
                                                                            integrates to the rest. NULL = never */
 } pt_bsdf_vtable;
+/* A material. Textures multiply the number beside them; where that is zero, they stand alone. A texture of a number is read
+   as grey: its red channel, or the one that its desc picks. */
 typedef struct pt_material_desc {
     pt_bsdf    bsdf;
-    pt_vec3    color;                                     /* diffuse: albedo. Conductor: reflectance at normal incidence.
-                                                             Dielectric: tint of both lobes, zero = white. In [0,1] */
-    pt_texture color_texture;                             /* multiplies color; where color is zero, replaces it */
-    float      ior;                                       /* dielectric: inside over outside; 0 = 1.5 */
+    pt_vec3    color;                                     /* diffuse, principled: albedo. Conductor: reflectance at normal
+                                                             incidence. Dielectric: tint of both lobes, zero = white. In
+                                                             [0,1] */
+    float      roughness, roughness_y;                    /* 0 smooth to 1; alpha of GGX is its square. Along the tangent, and
+                                                             across it: 0 = as along it. Diffuse: EON's, 0 = Lambert */
+    float      rotation_deg;                              /* turns the tangent, counter-clockwise seen from outside */
+    float      ior;                                       /* inside over outside; 0 = 1.5 */
+    float      abbe;                                      /* dispersion: Abbe's number; 0 = none */
+    pt_vec3    eta, k;                                    /* conductor: complex index eta + i k a channel; zero = by color */
+    float      metallic, transmission;                    /* principled: 0 to 1, like all that follow */
+    float      specular;                                  /* principled: scales the reflectance of the dielectric; 0 = 1 */
+    float      coat, coat_roughness, coat_ior;            /* principled: clear coat; coat_ior 0 = 1.5 */
+    float      sheen, sheen_roughness;                    /* principled: fuzz; sheen_roughness 0 = 0.3 */
+    pt_vec3    sheen_color;                               /* zero = white */
+    float      translucency;                              /* diffuse, principled: share of the diffuse light that goes through */
+    float      transparency;                              /* passes straight through; 0 = opaque */
+    int        thin;                                      /* dielectric, principled: a wall without an inside */
     pt_vec3    emission;                                  /* radiance */
     int        two_sided;                                 /* emit to both sides; 0 = to the side of the normal */
+    pt_material a, b;                                     /* PT_BSDF_MIX: (1 - mix) a + mix b */
+    float      mix;
+    float      bump;                                      /* metres from black to white of bump_texture; 0 = 0.01 */
+    pt_texture color_texture, roughness_texture, roughness_y_texture, rotation_texture, metallic_texture,
+               transmission_texture, specular_texture, coat_texture, coat_roughness_texture, sheen_texture,
+               sheen_color_texture, translucency_texture, emission_texture, mix_texture;
+    pt_texture opacity_texture;                           /* multiplies 1 - transparency */
+    pt_texture normal_texture;                            /* linear; (r, g, b) 2 - 1 is the normal in tangent space, +y up */
+    pt_texture bump_texture;                              /* height */
+    void     (*shade)(void *user, const pt_vertex *x, struct pt_material_desc *m);   /* after the textures: may change every
+                                                             number of m, but not bsdf, ior, the handles and whether it
+                                                             emits. Called from all render threads */
     const pt_bsdf_vtable *vtable;                         /* PT_BSDF_USER; copied */
     void      *user;
 } pt_material_desc;
