@@ -130,7 +130,9 @@ typedef struct pt_vertex {
     pt_vec3 ng, ns, tangent;                              /* unit: geometric normal, on the side from which the winding is
                                                              counter-clockwise; shading normal, on the same side as ng, not
                                                              perpendicular to wo; along growing u, perpendicular to ns */
+    pt_vec3 dpdu, dpdv;                                   /* how p moves with u and v; zero where nothing is known */
     float u, v, t, time;                                  /* texture coordinates; distance in the ray's units; ray time */
+    float wavelength;                                     /* nm, of a path that has met dispersion; 0 = all colours */
     uint32_t prim;                                        /* triangle within its mesh; 0 elsewhere */
     pt_shape shape, instance;                             /* instance: none outside one */
     pt_material material;                                 /* of the scene that owns the shape */
@@ -195,7 +197,7 @@ typedef struct pt_material_desc {
     float      metallic, transmission;                    /* principled: 0 to 1, like all that follow */
     float      specular;                                  /* principled: scales the reflectance of the dielectric; 0 = 1 */
     float      coat, coat_roughness, coat_ior;            /* principled: clear coat; coat_ior 0 = 1.5 */
-    float      sheen, sheen_roughness;                    /* principled: fuzz; sheen_roughness 0 = 0.3 */
+    float      sheen, sheen_roughness;                    /* principled: fuzz; sheen_roughness 0 = 0.5, at least 0.28 */
     pt_vec3    sheen_color;                               /* zero = white */
     float      translucency;                              /* diffuse, principled: share of the diffuse light that goes through */
     float      transparency;                              /* passes straight through; 0 = opaque */
@@ -1243,6 +1245,50 @@ static float pti_pdf_table2(const pti_table2 *t, float x, float y) {
     return pti_pdf_table(t->rows, t->height, row) * pti_pdf_table(pti_table2_row(t, row), t->width, cell);
 }
 
+/* ---- >>spectrum ----------------------------------------------------------------------------------------
+   A path that meets glass whose index depends on the wavelength draws one wavelength, takes its colour c / p, and keeps to it:
+   the mean of c / p is white, so a rainbow costs only those who look at it. c(lambda) are the CIE 1931 functions (the fits of
+   Wyman, Sloan and Shirley 2013) as linear RGB; what is negative there, since no screen shows a pure spectral green, is cut
+   off, and each channel is scaled to have the mean 1. p is in proportion to r + g + b. */
+#define PTI_WAVELENGTHS 64
+#define PTI_SHORTEST 390.0f                              /* nm */
+#define PTI_LONGEST 710.0f
+typedef struct pti_spectrum { float table[PTI_WAVELENGTHS + 1]; pt_vec3 color[PTI_WAVELENGTHS]; } pti_spectrum;
+
+static float pti_bell(float x, float middle, float left, float right) {
+    float t = (x - middle) / (x < middle ? left : right);
+    return pti_exp(-0.5f * t * t);
+}
+/* XYZ to linear RGB with Rec. 709 primaries and a D65 white. */
+static pt_vec3 pti_wavelength_color(float nm) {
+    float x = 1.056f * pti_bell(nm, 599.8f, 37.9f, 31.0f) + 0.362f * pti_bell(nm, 442.0f, 16.0f, 26.7f) - 0.065f * pti_bell(nm, 501.1f, 20.4f, 26.2f);
+    float y = 0.821f * pti_bell(nm, 568.8f, 46.9f, 40.5f) + 0.286f * pti_bell(nm, 530.9f, 16.3f, 31.1f);
+    float z = 1.217f * pti_bell(nm, 437.0f, 11.8f, 36.0f) + 0.681f * pti_bell(nm, 459.0f, 26.0f, 13.8f);
+    return pt_v3(pti_max(3.24045f * x - 1.53714f * y - 0.49853f * z, 0), pti_max(-0.96927f * x + 1.87601f * y + 0.04156f * z, 0),
+                 pti_max(0.05564f * x - 0.20403f * y + 1.05723f * z, 0));
+}
+static void pti_spectrum_build(pti_spectrum *s) {
+    pt_vec3 sum = pt_v3(0, 0, 0);
+    float p[PTI_WAVELENGTHS];
+    int i;
+    for (i = 0; i < PTI_WAVELENGTHS; i++) {
+        s->color[i] = pti_wavelength_color(PTI_SHORTEST + (PTI_LONGEST - PTI_SHORTEST) * ((float)i + 0.5f) / PTI_WAVELENGTHS);
+        sum = pti_add(sum, pti_scale(s->color[i], 1.0f / PTI_WAVELENGTHS));
+    }
+    for (i = 0; i < PTI_WAVELENGTHS; i++) {
+        s->color[i] = pt_v3(s->color[i].x / sum.x, s->color[i].y / sum.y, s->color[i].z / sum.z);
+        p[i] = s->color[i].x + s->color[i].y + s->color[i].z;
+    }
+    pti_table_build(s->table, p, PTI_WAVELENGTHS);
+}
+/* A wavelength in nm, and c / p. */
+static float pti_sample_wavelength(const pti_spectrum *s, float u, pt_vec3 *weight) {
+    int cell;
+    float x = pti_sample_table(s->table, PTI_WAVELENGTHS, u, &cell);
+    *weight = pti_scale(s->color[cell], 1 / pti_pdf_table(s->table, PTI_WAVELENGTHS, cell));
+    return PTI_SHORTEST + (PTI_LONGEST - PTI_SHORTEST) * x;
+}
+
 /* ---- >>shape -------------------------------------------------------------------------------------------
    What a ray can hit. Meshes are rows of triangles (quads and boxes are small meshes); spheres, instances and users'
    shapes are single objects. Each primitive has an id: the shapes number theirs one after the other, and where two hits
@@ -2134,9 +2180,9 @@ static void pti_coordinates_on_triangle(const pti_mesh *m, pt_vertex *x) {
     float w = 1 - x->u - x->v, u = x->u, v = x->v, du1, du2, dv1, dv2, det;
     const float *a, *b, *c;
     pti_mesh_triangle(m, x->prim, p);
-    x->tangent = e1 = pti_sub(p[1], p[0]);
+    x->tangent = x->dpdu = e1 = pti_sub(p[1], p[0]);
+    x->dpdv = e2 = pti_sub(p[2], p[0]);
     if (!m->uvs) return;
-    e2 = pti_sub(p[2], p[0]);
     a = m->uvs + 2 * (size_t)pti_mesh_index(m, x->prim, 0);
     b = m->uvs + 2 * (size_t)pti_mesh_index(m, x->prim, 1);
     c = m->uvs + 2 * (size_t)pti_mesh_index(m, x->prim, 2);
@@ -2144,20 +2190,31 @@ static void pti_coordinates_on_triangle(const pti_mesh *m, pt_vertex *x) {
     x->v = a[1] * w + b[1] * u + c[1] * v;
     du1 = b[0] - a[0]; dv1 = b[1] - a[1]; du2 = c[0] - a[0]; dv2 = c[1] - a[1];
     det = du1 * dv2 - dv1 * du2;                         /* dp/du = (e1 dv2 - e2 dv1) / det; its length does not matter */
-    if (det != 0) x->tangent = pti_scale(pti_sub(pti_scale(e1, dv2), pti_scale(e2, dv1)), det > 0 ? 1.0f : -1.0f);
+    if (det == 0) { x->dpdu = x->dpdv = pt_v3(0, 0, 0); return; }
+    x->dpdu = pti_scale(pti_sub(pti_scale(e1, dv2), pti_scale(e2, dv1)), 1 / det);
+    x->dpdv = pti_scale(pti_sub(pti_scale(e2, du1), pti_scale(e1, du2)), 1 / det);
+    x->tangent = pti_scale(pti_sub(pti_scale(e1, dv2), pti_scale(e2, dv1)), det > 0 ? 1.0f : -1.0f);
 }
 static void pti_vertex_coordinates(const pti_geometry *g, pt_vertex *x) {
     const pti_instance *in = x->instance.id ? &g->shapes[x->instance.id - 1].as.instance : NULL;
     const pti_shape *s = (in ? in->of : g)->shapes + (x->shape.id - 1);
     pt_vec3 n = x->ng, b;
+    float r;
     if (s->kind == PTI_MESH) pti_coordinates_on_triangle(&s->as.mesh, x);
     else if (s->kind == PTI_SPHERE) {
         if (in) n = pti_normalize(pti_sub(pti_xform_point(&in->to_local, x->p), s->as.sphere.center));
         x->u = 0.5f + pti_atan2(n.x, -n.z) / (2 * PTI_PI);
         x->v = 1 - pti_acos(n.y) / PTI_PI;
+        r = sqrtf(n.x * n.x + n.z * n.z);
         x->tangent = pt_v3(-n.z, 0, n.x);
+        x->dpdu = pti_scale(x->tangent, 2 * PTI_PI * s->as.sphere.radius);
+        if (r > 0) x->dpdv = pti_scale(pt_v3(-n.y * n.x / r, r, -n.y * n.z / r), PTI_PI * s->as.sphere.radius);
     }
-    if (in) x->tangent = pti_xform_vector(&in->to_world, x->tangent);
+    if (in) {
+        x->tangent = pti_xform_vector(&in->to_world, x->tangent);
+        x->dpdu = pti_xform_vector(&in->to_world, x->dpdu);
+        x->dpdv = pti_xform_vector(&in->to_world, x->dpdv);
+    }
     x->tangent = pti_normalize(pti_madd(x->ns, -pti_dot(x->ns, x->tangent), x->tangent));
     if (pti_is_zero3(x->tangent)) pti_basis(x->ns, &x->tangent, &b);
 }
@@ -2215,75 +2272,17 @@ static pt_vec3 pti_texture_eval(const pti_texture *t, const pt_vertex *x) {
     return t->eval ? t->eval(t->user, x) : pti_texture_bilinear(t, x->u, 1 - x->v, 0);
 }
 
-/* ---- >>bsdf --------------------------------------------------------------------------------------------
-   How surfaces scatter. A BSDF is a table of four functions (pt_bsdf_vtable) and the built-in ones have no other door
-   than the user's. Its sample draws from two kinds of lobes: smooth ones, whose density eval and pdf tell for any wi, and
-   delta lobes (mirrors), which have one direction each and a probability instead of a density. */
+static float pti_texture_grey(const pti_texture *t, const pt_vertex *x) { return pti_texture_eval(t, x).x; }
+static void pti_texture_texel(const pti_texture *t, float *du, float *dv) { *du = t->width ? 1 / (float)t->width : 1e-3f; *dv = t->height ? 1 / (float)t->height : 1e-3f; }
 
-typedef struct pti_material {
-    pt_material_desc desc;
-    pt_bsdf_vtable vtable;
-    const pti_texture *texture;                          /* set at commit, like the next */
-    void *user;                                          /* of the vtable; for built-in BSDFs, the material */
-    int emits;
-    int wants_coordinates;                               /* somebody may look at u, v and tangent */
-} pti_material;
-
-static pt_vec3 pti_material_color(const pti_material *m, const pt_vertex *x) {
-    pt_vec3 c = m->desc.color, t;
-    if (!m->texture) return c;
-    t = pti_texture_eval(m->texture, x);
-    return pti_is_zero3(c) ? t : pti_mul(c, t);
-}
-static pt_vec3 pti_material_emission(const pti_material *m, const pt_vertex *x) {
-    return m->desc.two_sided || pti_dot(x->ng, x->wo) > 0 ? m->desc.emission : pt_v3(0, 0, 0);
-}
-static int pti_same_side(const pt_vertex *x, pt_vec3 a, pt_vec3 b) { return pti_dot(x->ng, a) * pti_dot(x->ng, b) > 0; }
-static pt_vec3 pti_facing_normal(const pt_vertex *x) { return pti_dot(x->ns, x->wo) < 0 ? pti_neg(x->ns) : x->ns; }
-
-/* Lambert: f = albedo / pi, drawn with p = cos / pi. */
-static float pti_diffuse_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
-    (void)user;
-    return pti_same_side(x, x->wo, wi) ? pti_pdf_cosine(pti_dot(pti_facing_normal(x), wi)) : 0.0f;
-}
-static pt_vec3 pti_diffuse_eval(void *user, const pt_vertex *x, pt_vec3 wi) {
-    return pti_scale(pti_material_color((const pti_material *)user, x), pti_diffuse_pdf(user, x, wi));
-}
-static int pti_diffuse_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
-    pt_vec3 n = pti_facing_normal(x), t, b;
-    (void)user;
-    pti_basis(n, &t, &b);
-    out->wi = pti_to_world(t, b, n, pti_sample_cosine(u[0], u[1]));
-    return 1;
-}
-
-/* Delta lobes: no smooth part, and always a delta. */
-static float pti_no_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return 0; }
-static float pti_always(void *user, const pt_vertex *x) { (void)user; (void)x; return 1; }
-static pt_vec3 pti_no_eval(void *user, const pt_vertex *x, pt_vec3 wi) {
-    (void)user; (void)x; (void)wi;
-    return pt_v3(0, 0, 0);
-}
-
-static pt_vec3 pti_reflect(pt_vec3 wo, pt_vec3 n) { return pti_normalize(pti_sub(pti_scale(n, 2 * pti_dot(n, wo)), wo)); }
-
-/* A mirror: reflectance r0 at normal incidence, r0 + (1 - r0)(1 - cos)^5 elsewhere (Schlick 1994). */
-static int pti_mirror_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
-    pt_vec3 n = pti_facing_normal(x), r0 = pti_material_color((const pti_material *)user, x);
-    float k;
-    (void)u;
-    out->wi = pti_reflect(x->wo, n);
-    if (!pti_same_side(x, x->wo, out->wi)) {             /* the shading normal bends it into the surface: do without */
-        n = pti_dot(x->ng, x->wo) < 0 ? pti_neg(x->ng) : x->ng;
-        out->wi = pti_reflect(x->wo, n);
-    }
-    k = 1 - pti_min(pti_dot(n, x->wo), 1);
-    k = k * k * k * k * k;
-    out->f = pti_madd(r0, 1 - k, pt_v3(k, k, k));
-    out->pdf = 1;
-    out->delta = 1;
-    return 1;
-}
+/* ---- >>microfacet --------------------------------------------------------------------------------------
+   Rough surfaces as tiny mirrors (Torrance and Sparrow 1967; tiny panes of glass: Walter et al. 2007). In a frame whose z is
+   the normal, on wo's side, their normals m have the GGX distribution, and they hide one another by Smith's functions:
+       D(m)      = 1 / (pi ax ay (mx^2/ax^2 + my^2/ay^2 + mz^2)^2),        alpha = roughness^2 along x and along y
+       Lambda(w) = (sqrt(1 + (ax^2 wx^2 + ay^2 wy^2) / wz^2) - 1) / 2
+       G1(w)     = 1 / (1 + Lambda(w)),    G2(wo, wi) = 1 / (1 + Lambda(wo) + Lambda(wi))             (Heitz 2014)
+       f cos     = F D G2 / (4 wo.z)                                                                   (reflection)
+   A direction is drawn by a normal that wo sees, D_v(m) = G1(wo) (wo.m) D(m) / wo.z, so that f cos / p is F G2 / G1. */
 
 /* Fresnel's share of reflected light between dielectrics; eta = index behind the surface over index before it. Snell:
    sin t = sin i / eta; where that exceeds 1, all is reflected. *cos_t gets the refracted cosine. */
@@ -2295,41 +2294,873 @@ static float pti_fresnel(float cos_i, float eta, float *cos_t) {
     p = (eta * cos_i - *cos_t) / (eta * cos_i + *cos_t);
     return pti_min((s * s + p * p) / 2, 1);
 }
-/* Glass. Radiance is squeezed into a narrower cone inside, by eta^2 (Veach 1997, 5.2), and let out again at the exit. */
-static int pti_glass_lobe(const pti_material *m, const pt_vertex *x, pt_vec3 n, float u, pt_scatter *out) {
-    float eta = m->desc.ior > 0 ? m->desc.ior : 1.5f, cos_i = pti_min(pti_dot(n, x->wo), 1), cos_t, fresnel;
-    pt_vec3 tint = pti_is_zero3(m->desc.color) && !m->texture ? pt_v3(1, 1, 1) : pti_material_color(m, x);
-    if (pti_dot(x->ng, x->wo) < 0) eta = 1 / eta;
-    fresnel = pti_fresnel(cos_i, eta, &cos_t);
-    out->delta = 1;
-    if (u < fresnel) {
-        out->wi = pti_reflect(x->wo, n);
-        out->f = pti_scale(tint, fresnel);
-        out->pdf = fresnel;
-        return pti_same_side(x, x->wo, out->wi);
-    }
-    out->wi = pti_normalize(pti_sub(pti_scale(n, cos_i / eta - cos_t), pti_scale(x->wo, 1 / eta)));
-    out->f = pti_scale(tint, (1 - fresnel) / (eta * eta));
-    out->pdf = 1 - fresnel;
-    return !pti_same_side(x, x->wo, out->wi);
+/* On a metal of complex index eta + i k (Born and Wolf, 14.2). */
+static float pti_fresnel_metal(float cos_i, float eta, float k) {
+    float c2 = cos_i * cos_i, s2 = 1 - c2, e = eta * eta - k * k - s2, ab = sqrtf(e * e + 4 * eta * eta * k * k);
+    float a = 2 * cos_i * sqrtf(pti_max((ab + e) / 2, 0)), s = (ab + c2 - a) / (ab + c2 + a);
+    float p = s * (c2 * ab + s2 * s2 - a * s2) / (c2 * ab + s2 * s2 + a * s2);
+    return pti_min((s + p) / 2, 1);
 }
-static int pti_glass_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
-    const pti_material *m = (const pti_material *)user;
-    if (pti_glass_lobe(m, x, pti_facing_normal(x), u[0], out)) return 1;
-    return pti_glass_lobe(m, x, pti_dot(x->ng, x->wo) < 0 ? pti_neg(x->ng) : x->ng, u[0], out);
+/* Schlick 1994: r0 at normal incidence, 1 at grazing. */
+static pt_vec3 pti_fresnel_schlick(float cos_i, pt_vec3 r0) {
+    float k = pti_max(1 - cos_i, 0);
+    k = k * k * k * k * k;
+    return pti_madd(r0, 1 - k, pt_v3(k, k, k));
 }
 
-static pt_bsdf_vtable pti_builtin_bsdf(pt_bsdf kind) {
-    pt_bsdf_vtable v;
-    v.eval = pti_no_eval; v.pdf = pti_no_pdf; v.delta = pti_always;
-    v.sample = kind == PT_BSDF_CONDUCTOR ? pti_mirror_sample : pti_glass_sample;
-    if (kind == PT_BSDF_DIFFUSE) {
-        v.eval = pti_diffuse_eval; v.pdf = pti_diffuse_pdf; v.sample = pti_diffuse_sample; v.delta = NULL;
-    }
-    return v;
+static float pti_ggx_lambda(pt_vec3 w, float ax, float ay) {
+    float x = ax * w.x, y = ay * w.y;
+    return (sqrtf(1 + (x * x + y * y) / pti_max(w.z * w.z, 1e-30f)) - 1) / 2;
 }
-static float pti_material_delta(const pti_material *m, const pt_vertex *x) {
-    return m->vtable.delta ? pti_clamp(m->vtable.delta(m->user, x), 0, 1) : 0.0f;
+static float pti_ggx_d(pt_vec3 m, float ax, float ay) {
+    float x = m.x / ax, y = m.y / ay, q = x * x + y * y + m.z * m.z;
+    return 1 / (PTI_PI * ax * ay * q * q);
+}
+/* A normal that wo sees (Dupuy and Benyoub 2023): stretched to a hemisphere, GGX's mirrors turn directions wo into a
+   spherical cap, uniformly; the normal is half-way. */
+static pt_vec3 pti_sample_ggx(pt_vec3 wo, float ax, float ay, float u, float v) {
+    pt_vec3 w = pti_normalize(pt_v3(wo.x * ax, wo.y * ay, wo.z));
+    float z = (1 - v) * (1 + w.z) - w.z, r = pti_safe_sqrt(1 - z * z), s, c;
+    pti_sincos(2 * PTI_PI * u, &s, &c);
+    return pti_normalize(pt_v3((w.x + r * c) * ax, (w.y + r * s) * ay, pti_max(w.z + z, 0)));
+}
+static float pti_pdf_ggx(pt_vec3 wo, pt_vec3 m, float ax, float ay) {
+    float d = pti_dot(wo, m);
+    return d > 0 ? d * pti_ggx_d(m, ax, ay) / (wo.z * (1 + pti_ggx_lambda(wo, ax, ay))) : 0.0f;
+}
+static pt_vec3 pti_mirrored(pt_vec3 wo, pt_vec3 m) { return pti_normalize(pti_sub(pti_scale(m, 2 * pti_dot(m, wo)), wo)); }
+static pt_vec3 pti_refracted(pt_vec3 wo, pt_vec3 m, float eta, float cos_t) {
+    return pti_normalize(pti_sub(pti_scale(m, pti_dot(m, wo) / eta - cos_t), pti_scale(wo, 1 / eta)));
+}
+
+/* Fuzz, after Estevez and Kulla 2017: fibres stand up, so what shines is what leans away,
+       D(m) = (2 + 1/a) sin(m)^(1/a) / (2 pi),    f cos = D / (4 wo.z (1 + Lambda(wo) + Lambda(wi))),
+   with their fit for the logarithm of Smith's Lambda, L(z) = A / (1 + B z^C) + D z + E below z = 1/2, and 2 L(1/2) - L(1 - z)
+   above. */
+static float pti_sheen_l(float z, float t) {             /* t from 1, smooth, to 0 */
+    float A = 21.5473f + t * 3.7772f, B = 3.82987f - t * 0.50552f, C = 0.19823f - t * 0.03022f;
+    float D = -1.97760f + t * 0.70367f, E = -4.32054f - t * 0.53913f;
+    return A / (1 + B * pti_pow(z, C)) + D * z + E;
+}
+static float pti_sheen_lambda(float z, float t) {
+    return pti_exp(z < 0.5f ? pti_sheen_l(z, t) : 2 * pti_sheen_l(0.5f, t) - pti_sheen_l(1 - z, t));
+}
+static float pti_sheen(pt_vec3 wo, pt_vec3 wi, float alpha) {
+    pt_vec3 m = pti_normalize(pti_add(wo, wi));
+    float s2 = pti_max(1 - m.z * m.z, 0), d = (2 + 1 / alpha) * pti_pow(s2, 0.5f / alpha) / (2 * PTI_PI), t = 1 - alpha;
+    return d / (4 * wo.z * (1 + pti_sheen_lambda(wo.z, t * t) + pti_sheen_lambda(wi.z, t * t)));
+}
+
+/* How much of the light a rough surface sends on, seen from wo: E = the integral of f cos over wi. A mirror's E falls to 0.4
+   at roughness 1, since one bounce is counted and the light that meets a second mirror is lost; the lobes below give it back
+   (Kulla and Conty 2017), and layers leave to what is under them 1 - E. There is no closed form, so at commit E goes into
+   tables over x = sqrt(mu), mu = wo.z, and over the roughness or, where it differs along x and y, over the angle around z. */
+#define PTI_ALBEDO 32
+typedef struct pti_albedo_table {
+    float e[PTI_ALBEDO][PTI_ALBEDO], mean[PTI_ALBEDO];
+    float lost[PTI_ALBEDO][PTI_ALBEDO];                  /* running sums of (1 - E) mu dmu over x, to draw x with */
+} pti_albedo_table;
+typedef struct pti_albedo {
+    float eta, ax, ay;                                   /* what it is for: eta 0 a perfect mirror, -1 fuzz; ax 0 any roughness */
+    float fresnel_mean;                                  /* of the smooth surface, seen from outside */
+    pti_albedo_table total[2], reflected;                /* all light, from outside and from inside; reflected outside */
+} pti_albedo;
+
+/* E from wo, by the midpoint rule over the numbers that D_v is drawn with (v by its square: near 1 it changes fast). Without
+   eta, of a perfect mirror. sum[0] reflected, sum[1] all. */
+#define PTI_ALBEDO_U 16
+#define PTI_ALBEDO_V 32
+static void pti_albedo_integrate(pt_vec3 wo, float ax, float ay, float eta, float sum[2]) {
+    float lambda = 1 + pti_ggx_lambda(wo, ax, ay), around = ax == ay ? 0.5f : 1.0f;     /* by symmetry, half of it will do */
+    int i, j, n = ax == ay ? PTI_ALBEDO_U : 2 * PTI_ALBEDO_U;
+    sum[0] = sum[1] = 0;
+    for (j = 0; j < PTI_ALBEDO_V; j++) for (i = 0; i < n; i++) {
+        float s = 1 - ((float)j + 0.5f) / PTI_ALBEDO_V, u = around * ((float)i + 0.5f) / (float)n, cos_t = 0, F = 1;
+        pt_vec3 m = pti_sample_ggx(wo, ax, ay, u, 1 - s * s), wi = pti_mirrored(wo, m);
+        float g = wi.z > 0 ? 2 * s * lambda / (lambda + pti_ggx_lambda(wi, ax, ay)) : 0.0f;
+        if (eta > 0) F = pti_fresnel(pti_min(pti_dot(wo, m), 1), eta, &cos_t);
+        sum[0] += F * g;
+        if (F >= 1) continue;
+        wi = pti_refracted(wo, m, eta, cos_t);
+        if (wi.z < 0) sum[1] += (1 - F) * 2 * s * lambda / (lambda + pti_ggx_lambda(wi, ax, ay));
+    }
+    sum[0] = pti_min(sum[0] / ((float)n * PTI_ALBEDO_V), 1);
+    sum[1] = pti_min(sum[0] + sum[1] / ((float)n * PTI_ALBEDO_V), 1);
+}
+static float pti_sheen_integrate(pt_vec3 wo, float alpha) {
+    float sum = 0;
+    int i, j;
+    for (j = 0; j < PTI_ALBEDO_V; j++) for (i = 0; i < PTI_ALBEDO_U; i++) {
+        float z = ((float)j + 0.5f) / PTI_ALBEDO_V, r = pti_safe_sqrt(1 - z * z), s, c;
+        pti_sincos(PTI_PI * ((float)i + 0.5f) / PTI_ALBEDO_U, &s, &c);
+        sum += pti_sheen(wo, pt_v3(r * c, r * s, z), alpha);
+    }
+    return pti_min(sum * (2 * PTI_PI) / (PTI_ALBEDO_U * PTI_ALBEDO_V), 1);
+}
+/* The mean over all wo, the integral of E 2 mu dmu, of what the table below makes of E: linear in x between its entries, so
+   that the integral of (f0 + s (x - x0)) 4 x^3 dx has a closed form. */
+static float pti_albedo_mean(const float *e) {
+    double sum = 0;
+    int i;
+    for (i = 0; i + 1 < PTI_ALBEDO; i++) {
+        double x0 = (double)i / (PTI_ALBEDO - 1), x1 = (double)(i + 1) / (PTI_ALBEDO - 1), a = x0 * x0 * x0 * x0, b = x1 * x1 * x1 * x1;
+        double slope = ((double)e[i + 1] - (double)e[i]) * (PTI_ALBEDO - 1);
+        sum += ((double)e[i] - slope * x0) * (b - a) + slope * 0.8 * (b * x1 - a * x0);
+    }
+    return (float)sum;
+}
+static void pti_albedo_finish(pti_albedo_table *t, int row) {
+    float value[PTI_ALBEDO - 1];
+    int i;
+    t->mean[row] = pti_albedo_mean(t->e[row]);
+    for (i = 0; i + 1 < PTI_ALBEDO; i++) {
+        float x = (float)i + 0.5f, e = (t->e[row][i] + t->e[row][i + 1]) / 2;
+        value[i] = pti_max(1 - e, 1e-4f) * x * x * x;
+    }
+    pti_table_build(t->lost[row], value, PTI_ALBEDO - 1);
+}
+#define PTI_LEAST_ALPHA 1e-4f                            /* smoother than that is smooth */
+#define PTI_LEAST_FUZZ 0.08f                              /* below, fuzz would reflect more than there is */
+static float pti_alpha(float roughness) { return pti_max(roughness * roughness, PTI_LEAST_ALPHA); }
+/* Rows are angles around z: they have one mean. */
+static void pti_albedo_mean_around(pti_albedo_table *t) {
+    float sum = 0;
+    int i;
+    for (i = 0; i < PTI_ALBEDO; i++) sum += t->mean[i] * (i == 0 || i == PTI_ALBEDO - 1 ? 0.5f : 1.0f);
+    for (i = 0; i < PTI_ALBEDO; i++) t->mean[i] = sum / (PTI_ALBEDO - 1);
+}
+static float pti_fresnel_mean(float eta) {               /* the integral of F 2 mu dmu */
+    float sum = 0, cos_t;
+    int i;
+    for (i = 0; i < 64; i++) sum += pti_fresnel(((float)i + 0.5f) / 64, eta, &cos_t) * ((float)i + 0.5f) * (2.0f / 64 / 64);
+    return sum;
+}
+static void pti_albedo_build(pti_albedo *a) {
+    int row, i;
+    for (row = 0; row < PTI_ALBEDO; row++) {
+        float y = (float)row / (PTI_ALBEDO - 1), ax = a->ax, ay = a->ay, s = 0, c = 1;
+        if (ax > 0) pti_sincos(y * (PTI_PI / 2), &s, &c);
+        else ax = ay = pti_alpha(y);
+        for (i = 0; i < PTI_ALBEDO; i++) {
+            float x = (float)i / (PTI_ALBEDO - 1), mu = pti_max(x * x, 1e-4f), r = sqrtf(1 - mu * mu), sum[2];
+            pt_vec3 wo = pt_v3(r * c, r * s, mu);
+            if (a->eta < 0) { a->reflected.e[row][i] = pti_sheen_integrate(wo, pti_max(ax, PTI_LEAST_FUZZ)); continue; }
+            pti_albedo_integrate(wo, ax, ay, a->eta, sum);
+            a->reflected.e[row][i] = sum[0];
+            a->total[0].e[row][i] = sum[1];
+            if (a->eta > 0) pti_albedo_integrate(wo, ax, ay, 1 / a->eta, sum);
+            a->total[1].e[row][i] = sum[1];
+        }
+        pti_albedo_finish(&a->reflected, row);
+        pti_albedo_finish(&a->total[0], row);
+        pti_albedo_finish(&a->total[1], row);
+    }
+    if (a->ax > 0) {
+        pti_albedo_mean_around(&a->reflected);
+        pti_albedo_mean_around(&a->total[0]);
+        pti_albedo_mean_around(&a->total[1]);
+    }
+    a->fresnel_mean = a->eta > 0 ? pti_fresnel_mean(a->eta) : 1.0f;
+}
+/* row: where between the table's rows, 0 to PTI_ALBEDO - 1. */
+static float pti_albedo_at(const pti_albedo_table *t, float mu, float row) {
+    float x = sqrtf(pti_clamp(mu, 0, 1)) * (PTI_ALBEDO - 1), fx, fy;
+    int i = (int)x, j = (int)row;
+    if (i > PTI_ALBEDO - 2) i = PTI_ALBEDO - 2;
+    if (j > PTI_ALBEDO - 2) j = PTI_ALBEDO - 2;
+    fx = x - (float)i; fy = row - (float)j;
+    return (t->e[j][i] * (1 - fx) + t->e[j][i + 1] * fx) * (1 - fy) + (t->e[j + 1][i] * (1 - fx) + t->e[j + 1][i + 1] * fx) * fy;
+}
+static float pti_albedo_mean_at(const pti_albedo_table *t, float row) {
+    int j = (int)row;
+    if (j > PTI_ALBEDO - 2) j = PTI_ALBEDO - 2;
+    return t->mean[j] + (t->mean[j + 1] - t->mean[j]) * (row - (float)j);
+}
+/* mu with about the density of lost light (from the nearest row), and that density per steradian: x = sqrt(mu) has
+   dw = 2 pi dmu = 4 pi x dx. */
+static float pti_sample_lost(const pti_albedo_table *t, float row, float u) {
+    int cell;
+    float x = pti_sample_table(t->lost[(int)(row + 0.5f)], PTI_ALBEDO - 1, u, &cell);
+    return x * x;
+}
+static float pti_pdf_lost(const pti_albedo_table *t, float row, float mu) {
+    float x = sqrtf(pti_clamp(mu, 1e-12f, 1));
+    int cell = (int)(x * (PTI_ALBEDO - 1));
+    if (cell > PTI_ALBEDO - 2) cell = PTI_ALBEDO - 2;
+    return pti_pdf_table(t->lost[(int)(row + 0.5f)], PTI_ALBEDO - 1, cell) / (4 * PTI_PI * x);
+}
+
+/* ---- >>bsdf --------------------------------------------------------------------------------------------
+   How surfaces scatter. What a material yields at a vertex is a list of lobes, and its BSDF is their sum:
+       f = sum_i f_i,    p = sum_i share_i p_i.
+   Lobes are smooth (eval tells f and p for any wi) or deltas (mirrors, panes: one direction each, and a probability instead of
+   a density). Each has a frame of its own whose z is the normal on wo's side, since materials that are mixed may have
+   different normal maps. Colours of lobes already hold the shares of what lies above them. */
+
+typedef enum pti_lobe_kind {
+    PTI_LAMBERT, PTI_DIFFUSE, PTI_THROUGH, PTI_FUZZ, PTI_METAL, PTI_COAT, PTI_THIN, PTI_GLASS, PTI_USER_LOBE,
+    PTI_PASS, PTI_MIRROR, PTI_GLOSS, PTI_THIN_PANE, PTI_PANE         /* deltas, from here on */
+} pti_lobe_kind;
+
+typedef struct pti_lobe {
+    pti_lobe_kind kind;
+    float share;
+    pt_vec3 color, through;                              /* factors of what is reflected and of what goes through */
+    pt_vec3 t, b, n, wo;                                 /* the frame, and wo in it */
+    float ax, ay, eta;                                   /* eta: index behind over index before */
+    int inside;                                          /* wo is where the normal does not point */
+    pt_vec3 r0, k;                                       /* metal: reflectance, or, where k is not 0, eta + i k */
+    const pti_albedo *albedo;                            /* NULL for smooth lobes */
+    float row, e, e_mean;                                /* its row; E(wo); the mean of E, or under a layer of 1 - E */
+    float fresnel_mean;                                  /* PTI_THIN: of one face */
+    float cover, rough;                                  /* PTI_DIFFUSE: how much of albedo lies on it; EON's roughness */
+    pt_bsdf_vtable vtable;
+    void *user;
+} pti_lobe;
+
+#define PTI_LOBES 16
+typedef struct pti_surface {
+    const pt_vertex *x;
+    int count;
+    float delta;                                         /* the deltas' part of the shares */
+    pti_lobe lobes[PTI_LOBES];
+} pti_surface;
+
+static pt_vec3 pti_to_local(const pti_lobe *l, pt_vec3 w) { return pt_v3(pti_dot(l->t, w), pti_dot(l->b, w), pti_dot(l->n, w)); }
+static int pti_same_side(const pt_vertex *x, pt_vec3 a, pt_vec3 b) { return pti_dot(x->ng, a) * pti_dot(x->ng, b) > 0; }
+
+/* Diffuse: Lambert's f = albedo / pi, or EON (Portsmouth, Kutz and Hill 2025), Oren and Nayar's rough diffuse surface in
+   Fujii's form, with the light that its first bounce loses given back as Kulla and Conty do. E has a closed form. */
+static float pti_eon_albedo(float mu, float rough) {
+    float s = pti_safe_sqrt(1 - mu * mu), a = 1 / (1 + (0.5f - 2 / (3 * PTI_PI)) * rough);
+    float g = s * (pti_acos(mu) - s * mu) + 2.0f / 3 * (s / pti_max(mu, 1e-6f) * (1 - s * s * s) - s);
+    return a + rough * a / PTI_PI * g;
+}
+static pt_vec3 pti_eon(pt_vec3 albedo, float rough, pt_vec3 wo, pt_vec3 wi) {
+    float s = wo.x * wi.x + wo.y * wi.y, a = 1 / (1 + (0.5f - 2 / (3 * PTI_PI)) * rough), mean, ms, single;
+    pt_vec3 c;
+    mean = a * (1 + (2.0f / 3 - 28 / (15 * PTI_PI)) * rough);
+    single = a * (1 + rough * (s > 0 ? s / pti_max(wo.z, wi.z) : s)) / PTI_PI;
+    ms = (1 - pti_eon_albedo(wo.z, rough)) * (1 - pti_eon_albedo(wi.z, rough)) / (PTI_PI * pti_max(1 - mean, 1e-7f));
+    c = pt_v3(albedo.x * albedo.x * mean / (1 - albedo.x * (1 - mean)), albedo.y * albedo.y * mean / (1 - albedo.y * (1 - mean)),
+              albedo.z * albedo.z * mean / (1 - albedo.z * (1 - mean)));
+    return pti_madd(albedo, single, pti_scale(c, ms));
+}
+/* Under a layer that reflects E, light goes in and out again: (1 - E(wo)) (1 - E(wi)) / mean(1 - E), which keeps a white
+   surface white, and is the same both ways. */
+static float pti_diffuse_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
+    float p = pti_pdf_cosine(wi.z), under;
+    if (!(p > 0)) return 0;
+    *f = l->rough > 0 ? pti_scale(pti_eon(l->color, l->rough, l->wo, wi), wi.z) : pti_scale(l->color, p);
+    if (l->albedo) {
+        under = 1 - l->cover * pti_albedo_at(&l->albedo->reflected, wi.z, l->row);
+        *f = pti_scale(*f, under / l->e_mean);           /* 1 - E(wo) is in the colour */
+    }
+    return p;
+}
+
+/* The rough lobes. What one bounce loses comes back as (1 - E(wo)) (1 - E(wi)) / (pi (1 - mean E)), drawn like a diffuse
+   lobe with probability 1 - E(wo), more often where E(wi) is small. A colour is lost at each of the further bounces: F^2 mean E / (1 - F (1 - mean E)), F the
+   mean of Fresnel's over the hemisphere. */
+static float pti_lobe_row(const pti_lobe *l, pt_vec3 w) {
+    if (!(l->albedo->ax > 0)) return l->row;
+    return pti_atan2(fabsf(w.y), fabsf(w.x)) * (2 / PTI_PI * (PTI_ALBEDO - 1));
+}
+static float pti_lobe_albedo(const pti_lobe *l, const pti_albedo_table *t, pt_vec3 w) {
+    return pti_albedo_at(t, fabsf(w.z), pti_lobe_row(l, w));
+}
+/* (1 - E(wi)) cos / (pi (1 - mean E)), and a density like it: smooth surfaces lose light at grazing angles only. */
+static float pti_lost_eval(const pti_lobe *l, const pti_albedo_table *t, float mean, pt_vec3 wi, float *p) {
+    float row = pti_lobe_row(l, wi), mu = fabsf(wi.z);
+    *p = pti_pdf_lost(t, row, mu);
+    return (1 - pti_albedo_at(t, mu, row)) * mu / (PTI_PI * pti_max(1 - mean, 1e-6f));
+}
+static pt_vec3 pti_lost_sample(const pti_lobe *l, const pti_albedo_table *t, float u, float v) {
+    pt_vec3 wi;
+    float mu, r;
+    pti_sincos(2 * PTI_PI * u, &wi.y, &wi.x);
+    wi.z = 0;
+    mu = pti_sample_lost(t, pti_lobe_row(l, wi), v);
+    r = sqrtf(1 - mu * mu);
+    return pt_v3(wi.x * r, wi.y * r, mu);
+}
+static float pti_more_bounces(float F, float mean) { return F * F * mean / (1 - F * (1 - mean)); }
+static pt_vec3 pti_lobe_fresnel(const pti_lobe *l, float cos_i) {
+    float cos_t, F;
+    if (l->kind == PTI_METAL || l->kind == PTI_MIRROR) {
+        if (pti_is_zero3(l->k)) return pti_fresnel_schlick(cos_i, l->r0);
+        return pt_v3(pti_fresnel_metal(cos_i, l->r0.x, l->k.x), pti_fresnel_metal(cos_i, l->r0.y, l->k.y),
+                     pti_fresnel_metal(cos_i, l->r0.z, l->k.z));
+    }
+    F = pti_fresnel(cos_i, l->eta, &cos_t);
+    return pt_v3(F, F, F);
+}
+/* One bounce towards wi, wi.z > 0, without Fresnel: f cos and p. */
+static float pti_bounce(const pti_lobe *l, pt_vec3 wi, pt_vec3 *m, float *f) {
+    float d, lambda = 1 + pti_ggx_lambda(l->wo, l->ax, l->ay);
+    *m = pti_normalize(pti_add(l->wo, wi));
+    d = pti_ggx_d(*m, l->ax, l->ay) / (4 * l->wo.z);
+    *f = d / (lambda + pti_ggx_lambda(wi, l->ax, l->ay));
+    return d / lambda;
+}
+static pt_vec3 pti_metal_mean(const pti_lobe *l) {       /* of Fresnel's; Schlick's is (20 r0 + 1) / 21 */
+    pt_vec3 sum = pt_v3(0, 0, 0);
+    int i;
+    if (pti_is_zero3(l->k)) return pti_scale(pti_madd(l->r0, 20, pt_v3(1, 1, 1)), 1.0f / 21);
+    for (i = 0; i < 4; i++) {
+        float mu = sqrtf(((float)i + 0.5f) / 4);
+        sum = pti_add(sum, pti_scale(pti_lobe_fresnel(l, mu), 0.25f));
+    }
+    return sum;
+}
+static float pti_metal_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
+    pt_vec3 m, F;
+    float one, p, lost = 1 - l->e, ms, q;
+    if (!(wi.z > 0)) return 0;
+    p = pti_bounce(l, wi, &m, &one);
+    *f = pti_mul(l->color, pti_scale(pti_lobe_fresnel(l, pti_min(pti_dot(l->wo, m), 1)), one));
+    if (l->kind == PTI_COAT) return p;                   /* what it loses, the layers below have got */
+    ms = lost * pti_lost_eval(l, &l->albedo->total[0], l->e_mean, wi, &q);
+    F = pti_metal_mean(l);
+    F = pt_v3(pti_more_bounces(F.x, l->e_mean), pti_more_bounces(F.y, l->e_mean), pti_more_bounces(F.z, l->e_mean));
+    *f = pti_madd(pti_mul(l->color, F), ms, *f);
+    return p + lost * (q - p);
+}
+static void pti_metal_sample(const pti_lobe *l, float u, float v, uint32_t choice, pt_vec3 *wi) {
+    if (l->kind == PTI_METAL && pti_split(&choice, 1 - l->e)) *wi = pti_lost_sample(l, &l->albedo->total[0], u, v);
+    else {
+        *wi = pti_mirrored(l->wo, pti_sample_ggx(l->wo, l->ax, l->ay, u, v));
+        wi->z = pti_max(wi->z, 0);                       /* below the surface: lost */
+    }
+}
+
+/* A rough pane of glass without thickness: between its two faces light goes to and fro, so R = 2 F / (1 + F) comes back, and
+   the rest leaves on the other side as if mirrored by the pane's own plane. */
+static float pti_pane_fresnel(float cos_i, float eta) {
+    float cos_t, F = pti_fresnel(cos_i, eta, &cos_t);
+    return 2 * F / (1 + F);
+}
+static float pti_thin_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
+    int back = wi.z > 0;
+    pt_vec3 m, up = pt_v3(wi.x, wi.y, fabsf(wi.z));
+    float one, p, q, lost = 1 - l->e, ms, F, mean;
+    if (wi.z == 0) return 0;
+    p = pti_bounce(l, up, &m, &one);
+    F = pti_pane_fresnel(pti_min(pti_dot(l->wo, m), 1), l->eta);
+    mean = 2 * l->fresnel_mean / (1 + l->fresnel_mean);
+    if (!back) { F = 1 - F; mean = 1 - mean; }
+    ms = lost * pti_lost_eval(l, &l->albedo->total[0], l->e_mean, up, &q);
+    *f = pti_scale(back ? l->color : l->through, F * one + mean * ms);
+    return (1 - lost) * F * p + lost * mean * q;
+}
+static void pti_thin_sample(const pti_lobe *l, float u, float v, uint32_t choice, pt_vec3 *wi) {
+    float mean = 2 * l->fresnel_mean / (1 + l->fresnel_mean), F;
+    if (pti_split(&choice, 1 - l->e)) { *wi = pti_lost_sample(l, &l->albedo->total[0], u, v); F = mean; }
+    else {
+        pt_vec3 m = pti_sample_ggx(l->wo, l->ax, l->ay, u, v);
+        *wi = pti_mirrored(l->wo, m);
+        F = pti_pane_fresnel(pti_min(pti_dot(l->wo, m), 1), l->eta);
+        if (!(wi->z > 0)) { wi->z = 0; return; }         /* lost, on either side */
+    }
+    if (!pti_split(&choice, F)) wi->z = -wi->z;
+}
+
+/* Rough glass (Walter et al. 2007): through a pane whose normal is m ~ -(wo + eta wi),
+       f cos = (1 - F) D G2 |wo.m| |wi.m| eta^2 / (wo.z (wo.m + eta wi.m)^2) / eta^2,
+   the last because radiance is squeezed into a narrower cone inside (Veach 1997, 5.2), and let out again at the exit. Lost
+   light comes back on both sides; of what is seen from outside the share
+       t = x (1 - F(eta)) (1 - mean E inside),    x = 1 / max(1 - mean E outside, 1 - mean E inside)
+   goes in, and the same with sides exchanged goes out, so that both ways are the same (Kulla and Conty 2017). */
+static float pti_glass_share_through(const pti_lobe *l) {
+    const pti_albedo *a = l->albedo;
+    float out = pti_max(1 - pti_albedo_mean_at(&a->total[0], l->row), 1e-6f), in = pti_max(1 - pti_albedo_mean_at(&a->total[1], l->row), 1e-6f);
+    float F = 1 - a->fresnel_mean;
+    return (l->inside ? F / (a->eta * a->eta) * out : F * in) / pti_max(out, in);    /* 1 - F(1/eta) = (1 - F(eta)) / eta^2 */
+}
+static float pti_glass_through_eval(const pti_lobe *l, pt_vec3 wi, float *f) {
+    pt_vec3 m = pti_normalize(pti_madd(wi, l->eta, l->wo));
+    float o, i, F, cos_t, q, d, lambda = 1 + pti_ggx_lambda(l->wo, l->ax, l->ay);
+    if (m.z < 0) m = pti_neg(m);
+    o = pti_dot(l->wo, m); i = pti_dot(wi, m);
+    if (!(o > 0 && i < 0)) { *f = 0; return 0; }
+    F = 1 - pti_fresnel(pti_min(o, 1), l->eta, &cos_t);
+    q = l->eta / (o + l->eta * i);
+    d = F * pti_ggx_d(m, l->ax, l->ay) * o * -i * q * q / l->wo.z;
+    *f = d / (lambda + pti_ggx_lambda(wi, l->ax, l->ay));
+    return d / lambda;
+}
+static float pti_glass_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
+    int back = wi.z > 0, there = back ? l->inside : !l->inside;
+    const pti_albedo_table *table = &l->albedo->total[there];
+    float one, p, q, lost = 1 - l->e, ms, part = pti_glass_share_through(l);
+    if (wi.z == 0) return 0;
+    if (back) {
+        pt_vec3 m;
+        float cos_t, F;
+        p = pti_bounce(l, wi, &m, &one);
+        F = pti_fresnel(pti_min(pti_dot(l->wo, m), 1), l->eta, &cos_t);
+        p *= F; one *= F;
+        part = 1 - part;
+    } else p = pti_glass_through_eval(l, wi, &one);
+    ms = lost * pti_lost_eval(l, table, pti_albedo_mean_at(table, l->row), wi, &q);
+    *f = pti_scale(back ? l->color : l->through, (one + part * ms) * (back ? 1 : 1 / (l->eta * l->eta)));
+    return (1 - lost) * p + lost * part * q;
+}
+static void pti_glass_sample(const pti_lobe *l, float u, float v, uint32_t choice, pt_vec3 *wi) {
+    pt_vec3 m;
+    float F, cos_t;
+    if (pti_split(&choice, 1 - l->e)) {
+        int through = pti_split(&choice, pti_glass_share_through(l));
+        *wi = pti_lost_sample(l, &l->albedo->total[through ? !l->inside : l->inside], u, v);
+        if (through) wi->z = -wi->z;
+        return;
+    }
+    m = pti_sample_ggx(l->wo, l->ax, l->ay, u, v);
+    F = pti_fresnel(pti_min(pti_dot(l->wo, m), 1), l->eta, &cos_t);
+    if (pti_split(&choice, F)) {
+        *wi = pti_mirrored(l->wo, m);
+        wi->z = pti_max(wi->z, 0);
+    } else {
+        *wi = pti_refracted(l->wo, m, l->eta, cos_t);
+        wi->z = pti_min(wi->z, 0);
+    }
+}
+
+static float pti_fuzz_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
+    if (!(wi.z > 0)) return 0;
+    *f = pti_scale(l->color, pti_sheen(l->wo, wi, l->ax));
+    return pti_pdf_hemisphere(wi.z);
+}
+static float pti_through_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
+    float p = pti_pdf_cosine(-wi.z);
+    *f = pti_scale(l->through, p);
+    return p;
+}
+
+/* f cos and p of one lobe, towards a wi of the world. */
+static float pti_lobe_eval(const pti_lobe *l, const pt_vertex *x, int same_side, pt_vec3 wi, pt_vec3 *f) {
+    *f = pt_v3(0, 0, 0);
+    if (l->kind == PTI_USER_LOBE) {
+        *f = pti_mul(l->color, l->vtable.eval(l->user, x, wi));
+        return l->vtable.pdf(l->user, x, wi);
+    }
+    if (l->kind == PTI_LAMBERT) {                        /* needs no frame */
+        float p = same_side ? pti_pdf_cosine(pti_dot(l->n, wi)) : 0.0f;
+        *f = pti_scale(l->color, p);
+        return p;
+    }
+    if (l->kind >= PTI_PASS) return 0;
+    wi = pti_to_local(l, wi);
+    if (same_side ? !(wi.z > 0) : !(wi.z < 0)) return 0;         /* the shading normal disagrees with the surface */
+    switch (l->kind) {
+    case PTI_DIFFUSE: return same_side ? pti_diffuse_eval(l, wi, f) : 0.0f;
+    case PTI_THROUGH: return same_side ? 0.0f : pti_through_eval(l, wi, f);
+    case PTI_FUZZ:    return pti_fuzz_eval(l, wi, f);
+    case PTI_THIN:    return pti_thin_eval(l, wi, f);
+    case PTI_GLASS:   return pti_glass_eval(l, wi, f);
+    default:          return pti_metal_eval(l, wi, f);
+    }
+}
+
+/* The delta lobes: out->f is the lobe's whole weight, out->pdf the probability that it was chosen. Where the shading normal
+   would bend the ray to the wrong side of the surface, the surface's own is taken. */
+static int pti_mirror_sample(const pti_lobe *l, const pt_vertex *x, pt_vec3 n, pt_scatter *out) {
+    out->wi = pti_mirrored(x->wo, n);
+    out->f = pti_mul(l->color, pti_lobe_fresnel(l, pti_min(pti_dot(n, x->wo), 1)));
+    out->pdf = 1;
+    return pti_same_side(x, x->wo, out->wi);
+}
+static int pti_pane_sample(const pti_lobe *l, const pt_vertex *x, pt_vec3 n, uint32_t u, pt_scatter *out) {
+    float cos_i = pti_min(pti_dot(n, x->wo), 1), cos_t, F = pti_fresnel(cos_i, l->eta, &cos_t), eta2 = l->eta * l->eta;
+    if (l->kind == PTI_THIN_PANE) { F = 2 * F / (1 + F); eta2 = 1; }
+    if (pti_split(&u, F)) {
+        out->wi = pti_mirrored(x->wo, n);
+        out->f = pti_scale(l->color, F);
+        out->pdf = F;
+        return pti_same_side(x, x->wo, out->wi);
+    }
+    out->wi = l->kind == PTI_THIN_PANE ? pti_neg(x->wo) : pti_refracted(x->wo, n, l->eta, cos_t);
+    out->f = pti_scale(l->through, (1 - F) / eta2);
+    out->pdf = 1 - F;
+    return !pti_same_side(x, x->wo, out->wi);
+}
+static int pti_delta_sample(const pti_lobe *l, const pt_vertex *x, uint32_t u, pt_scatter *out) {
+    pt_vec3 ng = pti_dot(x->ng, x->wo) < 0 ? pti_neg(x->ng) : x->ng;
+    out->delta = 1;
+    switch (l->kind) {
+    case PTI_PASS:
+        out->wi = pti_neg(x->wo);
+        out->f = l->through;
+        out->pdf = 1;
+        return 1;
+    case PTI_MIRROR: case PTI_GLOSS:
+        return pti_mirror_sample(l, x, l->n, out) || pti_mirror_sample(l, x, ng, out);
+    default:
+        return pti_pane_sample(l, x, l->n, u, out) || pti_pane_sample(l, x, ng, u, out);
+    }
+}
+/* u and v become a direction; choice decides what else there is to decide. 0: the light is lost. */
+static int pti_lobe_sample(const pti_lobe *l, const pt_vertex *x, uint32_t u, uint32_t v, uint32_t choice, pt_scatter *out) {
+    float uv[3], a = pti_u01(u), b = pti_u01(v);
+    pt_vec3 wi, t, bt;
+    if (l->kind >= PTI_PASS) return pti_delta_sample(l, x, u, out);
+    switch (l->kind) {
+    case PTI_USER_LOBE:
+        uv[0] = a; uv[1] = b; uv[2] = pti_u01(choice);
+        if (!l->vtable.sample(l->user, x, uv, out)) return 0;
+        out->f = pti_mul(l->color, out->f);
+        return 1;
+    case PTI_LAMBERT:                                    /* has no frame yet */
+        pti_basis(l->n, &t, &bt);
+        out->wi = pti_to_world(t, bt, l->n, pti_sample_cosine(a, b));
+        return pti_same_side(x, x->wo, out->wi);
+    case PTI_DIFFUSE: wi = pti_sample_cosine(a, b); break;
+    case PTI_THROUGH: wi = pti_sample_cosine(a, b); wi.z = -wi.z; break;
+    case PTI_FUZZ:    wi = pti_sample_hemisphere(a, b); break;
+    case PTI_THIN:    pti_thin_sample(l, a, b, choice, &wi); break;
+    case PTI_GLASS:   pti_glass_sample(l, a, b, choice, &wi); break;
+    default:          pti_metal_sample(l, a, b, choice, &wi);
+    }
+    out->wi = pti_to_world(l->t, l->b, l->n, wi);
+    return wi.z != 0 && pti_same_side(x, x->wo, out->wi) == (wi.z > 0);
+}
+
+/* The whole surface: p is returned, f cos added up. */
+static float pti_surface_eval(const pti_surface *s, pt_vec3 wi, pt_vec3 *f) {
+    int same_side = pti_same_side(s->x, s->x->wo, wi), i;
+    float p = 0;
+    pt_vec3 one;
+    *f = pt_v3(0, 0, 0);
+    for (i = 0; i < s->count; i++) {
+        p += s->lobes[i].share * pti_lobe_eval(s->lobes + i, s->x, same_side, wi, &one);
+        *f = pti_add(*f, one);
+    }
+    return p;
+}
+static int pti_surface_sample(const pti_surface *s, uint32_t u, uint32_t v, uint32_t choice, pt_scatter *out) {
+    float left = 1;
+    int i;
+    for (i = 0; i + 1 < s->count && !pti_split(&u, s->lobes[i].share / left); i++) left -= s->lobes[i].share;
+    if (i >= s->count || !pti_lobe_sample(s->lobes + i, s->x, u, v, choice, out)) return 0;
+    out->pdf *= s->lobes[i].share;
+    return 1;
+}
+
+/* ---- >>material ----------------------------------------------------------------------------------------
+   A material is a shader: its numbers, times their textures, then as the user's callback changes them, become lobes. Layers
+   are worked off from the outside, and each leaves to the next what it does not reflect: fuzz, coat, then metal or not, then
+   glass or not, then the gloss over the diffuse ground. A path draws one of the lobes, so it decides in turn whether it
+   passes (opacity), whether it meets metal, whether it is reflected at the surface or goes below: a roulette over
+   transparency, then metalness, then roughness, each with the material's own odds. */
+
+#define PTI_NUMBERS(X) X(roughness) X(roughness_y) X(metallic) X(transmission) X(specular) X(coat) X(coat_roughness) X(sheen) \
+                       X(translucency) X(mix)
+#define PTI_TEXTURES(X) PTI_NUMBERS(X) X(color) X(rotation) X(sheen_color) X(emission) X(opacity) X(normal) X(bump)
+
+typedef struct pti_material {
+    pt_material_desc desc;
+    pt_bsdf_vtable vtable;                               /* PT_BSDF_USER */
+    const struct pti_material *all;                      /* the scene's, set at commit like all that follow */
+    const pti_texture *textures;
+    const pti_albedo *mirror, *dielectric, *coat, *fuzz; /* NULL where nothing asks them */
+    float fresnel_mean;                                  /* of a smooth face of index ior */
+    int emits;
+    int varies;                                          /* has textures, or a callback */
+    int plain;                                           /* Lambert's and nothing else */
+    int wants_coordinates;                               /* somebody may look at u, v and tangent */
+    int disperses;
+    int wants_choice;                                    /* some lobe decides with a third number */
+    int lobes;                                           /* at most */
+} pti_material;
+
+static const pti_texture *pti_material_texture(const pti_material *m, pt_texture t) { return m->textures + (t.id - 1); }
+static float pti_unit(float x) { return x > 0 ? (x < 1 ? x : 1.0f) : 0.0f; }           /* NaN: 0 */
+static pt_vec3 pti_unit3(pt_vec3 c) { return pt_v3(pti_unit(c.x), pti_unit(c.y), pti_unit(c.z)); }
+
+static float pti_vary(const pti_material *m, const pt_vertex *x, float number, pt_texture t) {
+    float grey;
+    if (!t.id) return number;
+    grey = pti_texture_grey(pti_material_texture(m, t), x);
+    return number != 0 ? number * grey : grey;
+}
+static pt_vec3 pti_vary3(const pti_material *m, const pt_vertex *x, pt_vec3 color, pt_texture t) {
+    pt_vec3 c;
+    if (!t.id) return color;
+    c = pti_texture_eval(pti_material_texture(m, t), x);
+    return pti_is_zero3(color) ? c : pti_mul(color, c);
+}
+static void pti_material_vary(const pti_material *m, const pt_vertex *x, pt_material_desc *d) {
+    *d = m->desc;
+#define PTI_VARY(name) d->name = pti_vary(m, x, d->name, d->name##_texture);
+    PTI_NUMBERS(PTI_VARY)
+#undef PTI_VARY
+    if (d->rotation_texture.id) d->rotation_deg += 360 * pti_texture_grey(pti_material_texture(m, d->rotation_texture), x);
+    d->color = pti_vary3(m, x, d->color, d->color_texture);
+    d->sheen_color = pti_vary3(m, x, d->sheen_color, d->sheen_color_texture);
+    if (d->opacity_texture.id) d->transparency = 1 - (1 - d->transparency) * pti_texture_grey(pti_material_texture(m, d->opacity_texture), x);
+    if (d->shade) d->shade(d->user, x, d);
+    d->transparency = pti_unit(d->transparency);
+#define PTI_VARY(name) d->name = pti_unit(d->name);
+    PTI_NUMBERS(PTI_VARY)
+#undef PTI_VARY
+    d->color = pti_unit3(d->color);
+    d->sheen_color = pti_unit3(d->sheen_color);
+}
+
+/* Radiance towards wo. A mix emits what its parts do. */
+static pt_vec3 pti_material_emission(const pti_material *m, const pt_vertex *x) {
+    pt_vec3 e = pt_v3(0, 0, 0);
+    float pass = m->desc.transparency, mix;
+    if (!m->emits) return e;
+    if (m->desc.bsdf == PT_BSDF_MIX) {
+        mix = pti_unit(pti_vary(m, x, m->desc.mix, m->desc.mix_texture));
+        e = pti_madd(pti_material_emission(m->all + m->desc.a.id, x), 1 - mix, pti_scale(pti_material_emission(m->all + m->desc.b.id, x), mix));
+    }
+    if (m->desc.two_sided || pti_dot(x->ng, x->wo) > 0) e = pti_add(e, pti_vary3(m, x, m->desc.emission, m->desc.emission_texture));
+    if (m->desc.opacity_texture.id) pass = 1 - (1 - pass) * pti_unit(pti_texture_grey(pti_material_texture(m, m->desc.opacity_texture), x));
+    return pti_scale(e, 1 - pass);
+}
+
+/* Normal maps hold normals in the tangent's frame. Bump maps hold heights: the surface p + h n has the tangents
+   dp/du + dh/du n and dp/dv + dh/dv n (Blinn 1978). */
+static pt_vec3 pti_bumped(const pti_material *m, const pt_vertex *x, pt_vec3 n) {
+    const pti_texture *t = pti_material_texture(m, m->desc.bump_texture);
+    float metres = m->desc.bump != 0 ? m->desc.bump : 0.01f, du, dv, h = pti_texture_grey(t, x), hu, hv;
+    pt_vertex y = *x;
+    pt_vec3 bent;
+    pti_texture_texel(t, &du, &dv);
+    y.u = x->u + du; y.p = pti_madd(x->dpdu, du, x->p);
+    hu = metres * (pti_texture_grey(t, &y) - h) / du;
+    y = *x;
+    y.v = x->v + dv; y.p = pti_madd(x->dpdv, dv, x->p);
+    hv = metres * (pti_texture_grey(t, &y) - h) / dv;
+    bent = pti_cross(pti_madd(n, hu, x->dpdu), pti_madd(n, hv, x->dpdv));
+    if (!(pti_dot(bent, bent) > 0)) return n;
+    return pti_normalize(pti_dot(bent, n) < 0 ? pti_neg(bent) : bent);
+}
+static pt_vec3 pti_mapped(const pti_material *m, const pt_vertex *x, pt_vec3 n) {
+    pt_vec3 c = pti_texture_eval(pti_material_texture(m, m->desc.normal_texture), x), b = pti_cross(n, x->tangent);
+    c = pti_sub(pti_scale(c, 2), pt_v3(1, 1, 1));
+    if (pti_dot(b, x->dpdv) < 0) b = pti_neg(b);         /* mirrored uvs */
+    c = pti_to_world(x->tangent, b, n, c);
+    return pti_dot(c, c) > 0 ? pti_normalize(c) : n;
+}
+/* The shading normal on wo's side. What a map has bent so far that wo, or its mirror direction, would be below the surface,
+   is bent back: it would only be black there. */
+static pt_vec3 pti_shading_normal(const pti_material *m, const pt_vertex *x) {
+    float side = pti_dot(x->ng, x->wo) < 0 ? -1.0f : 1.0f;
+    pt_vec3 n = x->ns, back = pti_scale(x->ng, side);
+    int i;
+    if (m->desc.normal_texture.id) n = pti_mapped(m, x, n);
+    if (m->desc.bump_texture.id) n = pti_bumped(m, x, n);
+    n = pti_scale(n, side);
+    if (!m->desc.normal_texture.id && !m->desc.bump_texture.id) return n;
+    for (i = 0; i < 16; i++) {
+        float c = pti_dot(n, x->wo);
+        if (c > 1e-3f && 2 * c * pti_dot(n, back) > pti_dot(back, x->wo)) return n;
+        n = pti_normalize(pti_madd(n, 0.7f, pti_scale(back, 0.3f)));
+    }
+    return back;
+}
+
+/* One material's work on a surface: where its lobes go, and what it knows for all of them. */
+typedef struct pti_shading {
+    pti_surface *surface;
+    const pti_material *m;
+    const pt_material_desc *d;
+    pti_lobe frame;                                      /* what lobes have in common */
+    pt_vec3 weight;                                      /* of what comes next, below the layers so far */
+} pti_shading;
+
+static pti_lobe *pti_add_lobe(pti_shading *s, pti_lobe_kind kind, pt_vec3 color, float share) {
+    pti_lobe *l;
+    if (!(share > 0) || s->surface->count == PTI_LOBES) return NULL;
+    l = s->surface->lobes + s->surface->count++;
+    *l = s->frame;
+    l->kind = kind;
+    l->color = l->through = color;
+    l->share = share;
+    return l;
+}
+/* The table of a rough lobe, and what it tells for wo. */
+static void pti_lobe_rough(pti_lobe *l, const pti_albedo *a, float roughness) {
+    int side = l->kind == PTI_GLASS && l->inside;
+    l->albedo = a;
+    l->row = roughness * (PTI_ALBEDO - 1);
+    l->e = pti_lobe_albedo(l, &a->total[side], l->wo);
+    l->e_mean = pti_albedo_mean_at(&a->total[side], l->row);
+}
+static int pti_smooth(float roughness) { return roughness * roughness < PTI_LEAST_ALPHA; }
+static float pti_roughest(const pt_material_desc *d) { return pti_max(d->roughness, d->roughness_y); }
+/* The isotropic roughness that stands for one that differs along x and y, where no table knows that one. */
+static float pti_mean_roughness(const pt_material_desc *d) {
+    return d->roughness_y > 0 ? sqrtf(d->roughness * d->roughness_y) : d->roughness;
+}
+
+static void pti_shade_diffuse(pti_shading *s, pt_vec3 color, float rough, float shared) {
+    float through = s->d->translucency, share = pti_luminance(color) * shared;
+    pti_lobe *l = pti_add_lobe(s, rough > 0 ? PTI_DIFFUSE : PTI_LAMBERT, pti_scale(color, 1 - through), share * (1 - through));
+    if (l) l->rough = rough;
+    pti_add_lobe(s, PTI_THROUGH, pti_scale(color, through), share * through);
+}
+static void pti_shade_metal(pti_shading *s, pt_vec3 weight, pt_vec3 r0, pt_vec3 k) {
+    int smooth = pti_smooth(pti_roughest(s->d));
+    pti_lobe *l = pti_add_lobe(s, smooth ? PTI_MIRROR : PTI_METAL, weight, pti_luminance(weight));
+    if (!l) return;
+    l->r0 = r0; l->k = k;
+    l->share *= pti_max(pti_luminance(pti_lobe_fresnel(l, pti_min(l->wo.z, 1))) / l->share, 0.02f);      /* never 0: it grows at grazing */
+    if (!smooth) pti_lobe_rough(l, s->m->mirror, pti_mean_roughness(s->d));
+}
+static void pti_shade_glass(pti_shading *s, pt_vec3 weight, pt_vec3 reflected, pt_vec3 through) {
+    const pt_material_desc *d = s->d;
+    float alpha = pti_roughest(d) * pti_roughest(d), bend = d->thin ? 1.0f : pti_min(fabsf(s->frame.eta - 1), 1);
+    int smooth = alpha * bend < PTI_LEAST_ALPHA;         /* an index near 1 bends next to nothing, however rough */
+    pti_lobe_kind kind = d->thin ? (smooth ? PTI_THIN_PANE : PTI_THIN) : smooth ? PTI_PANE : PTI_GLASS;
+    pti_lobe *l = pti_add_lobe(s, kind, pti_mul(weight, reflected), pti_luminance(weight));
+    if (!l) return;
+    l->through = pti_mul(weight, through);
+    if (!smooth) pti_lobe_rough(l, d->thin ? s->m->mirror : s->m->dielectric, pti_mean_roughness(d));
+    if (kind == PTI_THIN) l->fresnel_mean = s->m->fresnel_mean;
+}
+/* A clear layer: the coat, or the gloss of a dielectric. Returns how much of the light it keeps from what lies below. */
+static float pti_shade_layer(pti_shading *s, float amount, float eta, const pti_albedo *a, float rx, float ry) {
+    float row = (ry > 0 ? sqrtf(rx * ry) : rx) * (PTI_ALBEDO - 1), e;
+    pti_lobe *l;
+    if (!(amount > 0) || eta == 1 || !a) return 0;
+    e = amount * pti_albedo_at(&a->reflected, s->frame.wo.z, row);
+    l = pti_add_lobe(s, pti_smooth(pti_max(rx, ry)) ? PTI_GLOSS : PTI_COAT, pti_scale(s->weight, amount), pti_luminance(s->weight) * e);
+    if (!l) return e;
+    l->eta = eta;
+    l->ax = pti_alpha(rx);
+    l->ay = ry > 0 ? pti_alpha(ry) : l->ax;
+    return e;
+}
+static void pti_shade_fuzz(pti_shading *s) {
+    const pt_material_desc *d = s->d;
+    float e;
+    pti_lobe *l;
+    if (!(d->sheen > 0) || !s->m->fuzz) return;
+    e = d->sheen * pti_albedo_at(&s->m->fuzz->reflected, s->frame.wo.z, d->sheen_roughness * (PTI_ALBEDO - 1));
+    l = pti_add_lobe(s, PTI_FUZZ, pti_scale(pti_mul(s->weight, d->sheen_color), d->sheen), pti_luminance(s->weight) * e);
+    if (l) l->ax = pti_max(pti_alpha(d->sheen_roughness), PTI_LEAST_FUZZ);
+    s->weight = pti_scale(s->weight, 1 - e * pti_largest(d->sheen_color));
+}
+static void pti_shade_principled(pti_shading *s) {
+    const pt_material_desc *d = s->d;
+    pt_vec3 white = pt_v3(1, 1, 1), none = pt_v3(0, 0, 0);
+    int within = s->frame.inside && d->transmission > 0 && !d->thin;     /* fuzz and coat are outside */
+    float e;
+    int first;
+    if (!within) {
+        pti_shade_fuzz(s);
+        e = pti_shade_layer(s, d->coat, d->coat_ior, s->m->coat, d->coat_roughness, 0);
+        s->weight = pti_scale(s->weight, 1 - e);
+    }
+    pti_shade_metal(s, pti_scale(s->weight, d->metallic), d->color, none);
+    s->weight = pti_scale(s->weight, 1 - d->metallic);
+    pti_shade_glass(s, pti_scale(s->weight, d->transmission), white, d->color);
+    s->weight = pti_scale(s->weight, 1 - d->transmission);
+    e = pti_shade_layer(s, d->specular, d->ior, s->m->dielectric, d->roughness, d->roughness_y);
+    first = s->surface->count;
+    pti_shade_diffuse(s, pti_mul(s->weight, d->color), 0, 1 - e);
+    if (!(e > 0)) return;
+    for (; first < s->surface->count; first++) {         /* what is below the gloss */
+        pti_lobe *l = s->surface->lobes + first;
+        l->color = pti_scale(l->color, 1 - e);
+        l->through = pti_scale(l->through, 1 - e);
+        if (l->kind == PTI_LAMBERT) l->kind = PTI_DIFFUSE;
+        l->albedo = s->m->dielectric;
+        l->row = pti_mean_roughness(d) * (PTI_ALBEDO - 1);
+        l->cover = d->specular;
+        l->e_mean = 1 - d->specular * pti_albedo_mean_at(&l->albedo->reflected, l->row);
+    }
+}
+
+/* Cauchy's n = A + B / lambda^2, with the index at the helium line d and Abbe's number (n_d - 1) / (n_F - n_C) between the
+   hydrogen lines F and C: 587.56, 486.13 and 656.27 nm. */
+static float pti_index_at(const pt_material_desc *d, float wavelength) {
+    float B;
+    if (!(d->abbe > 0) || !(wavelength > 0)) return d->ior;
+    B = (d->ior - 1) / (d->abbe * (1 / (486.13f * 486.13f) - 1 / (656.27f * 656.27f)));
+    return d->ior + B * (1 / (wavelength * wavelength) - 1 / (587.56f * 587.56f));
+}
+/* The frame: about the tangent where the roughness along it differs from that across, else about any. */
+static void pti_shade_frame(pti_shading *s, const pt_vertex *x) {
+    const pt_material_desc *d = s->d;
+    pti_lobe *l = &s->frame;
+    float sine, cosine;
+    l->inside = pti_dot(x->ng, x->wo) < 0;
+    l->n = pti_shading_normal(s->m, x);
+    l->ax = pti_alpha(d->roughness);
+    l->ay = d->roughness_y > 0 ? pti_alpha(d->roughness_y) : l->ax;
+    l->eta = pti_index_at(d, x->wavelength);
+    if (l->inside) l->eta = 1 / l->eta;
+    l->t = pti_normalize(pti_madd(l->n, -pti_dot(l->n, x->tangent), x->tangent));
+    if (l->ax == l->ay || pti_is_zero3(l->t)) pti_basis(l->n, &l->t, &l->b);
+    else {
+        l->b = pti_cross(l->n, l->t);
+        if (d->rotation_deg != 0) {
+            pti_sincos(d->rotation_deg * (l->inside ? -PTI_PI / 180 : PTI_PI / 180), &sine, &cosine);
+            l->t = pti_normalize(pti_madd(l->t, cosine, pti_scale(l->b, sine)));
+            l->b = pti_cross(l->n, l->t);
+        }
+    }
+    l->wo = pti_to_local(l, x->wo);
+    l->wo.z = pti_max(l->wo.z, 1e-5f);
+}
+static void pti_material_lobes(const pti_material *m, const pt_vertex *x, pt_vec3 weight, pti_surface *out) {
+    pt_material_desc varied;
+    pti_shading s;
+    pti_lobe *l;
+    memset(&s.frame, 0, sizeof s.frame);
+    s.surface = out; s.m = m; s.d = &m->desc;
+    if (m->varies) { pti_material_vary(m, x, &varied); s.d = &varied; }
+    s.weight = pti_scale(weight, 1 - s.d->transparency);
+    pti_add_lobe(&s, PTI_PASS, pti_scale(weight, s.d->transparency), pti_luminance(weight) * s.d->transparency);
+    if (s.d->bsdf == PT_BSDF_MIX) {
+        pti_material_lobes(m->all + s.d->a.id, x, pti_scale(s.weight, 1 - s.d->mix), out);
+        pti_material_lobes(m->all + s.d->b.id, x, pti_scale(s.weight, s.d->mix), out);
+        return;
+    }
+    pti_shade_frame(&s, x);
+    switch (s.d->bsdf) {
+    case PT_BSDF_CONDUCTOR:
+        pti_shade_metal(&s, s.weight, pti_is_zero3(s.d->k) ? s.d->color : s.d->eta, s.d->k);
+        break;
+    case PT_BSDF_DIELECTRIC: pti_shade_glass(&s, s.weight, s.d->color, s.d->color); break;
+    case PT_BSDF_PRINCIPLED: pti_shade_principled(&s); break;
+    case PT_BSDF_NONE:       pti_add_lobe(&s, PTI_PASS, s.weight, pti_luminance(s.weight)); break;
+    case PT_BSDF_USER:
+        l = pti_add_lobe(&s, PTI_USER_LOBE, s.weight, pti_luminance(s.weight));
+        if (l) { l->vtable = m->vtable; l->user = m->desc.user; }
+        break;
+    default: pti_shade_diffuse(&s, pti_mul(s.weight, s.d->color), s.d->roughness, 1);
+    }
+}
+/* All of it, shares adding up to 1. */
+static void pti_surface_at(const pti_material *m, const pt_vertex *x, pti_surface *s) {
+    float sum = 0;
+    int i;
+    s->x = x;
+    s->count = 0;
+    s->delta = 0;
+    if (m->plain) {
+        s->count = 1;
+        s->lobes[0].kind = PTI_LAMBERT;
+        s->lobes[0].share = 1;
+        s->lobes[0].color = m->desc.color;
+        s->lobes[0].n = pti_dot(x->ns, x->wo) < 0 ? pti_neg(x->ns) : x->ns;
+        return;
+    }
+    pti_material_lobes(m, x, pt_v3(1, 1, 1), s);
+    for (i = 0; i < s->count; i++) sum += s->lobes[i].share;
+    if (!(sum > 0)) s->count = 0;                        /* black */
+    for (i = 0; i < s->count; i++) {
+        pti_lobe *l = s->lobes + i;
+        l->share /= sum;
+        if (l->kind >= PTI_PASS) s->delta += l->share;
+        else if (l->kind == PTI_USER_LOBE && l->vtable.delta) s->delta += l->share * pti_unit(l->vtable.delta(l->user, x));
+    }
 }
 
 /* ---- >>light -------------------------------------------------------------------------------------------
@@ -2694,6 +3525,8 @@ static int pti_environment_build(pti_environment *e, const pt_allocator *a) {  /
    Where all that comes in is checked and kept. Nothing below this chapter meets an index out of range, nor a
    NaN but what a callback returns. */
 
+typedef struct pti_albedo_list { pti_albedo albedo; struct pti_albedo_list *next; } pti_albedo_list;
+
 struct pt_scene {
     pt_allocator allocator;
     pti_error error;
@@ -2703,6 +3536,8 @@ struct pt_scene {
     pti_texture *textures;      size_t texture_count, texture_capacity;
     pt_density_desc *densities; size_t density_count, density_capacity;
     float density_weight;                                /* sum over densities, at most 0.95 */
+    pti_albedo_list *albedos;
+    pti_spectrum spectrum;
     pti_lights lights;
     pti_environment environment;
     pt_texture environment_texture;
@@ -2769,6 +3604,11 @@ PT_DEF void pt_scene_destroy(pt_scene *s) {
         pti_texture *t = s->textures + i;
         if (t->pixels) pti_free(&a, t->pixels, pti_texture_count(t), pti_texture_size(t));
     }
+    while (s->albedos) {
+        pti_albedo_list *next = s->albedos->next;
+        pti_free(&a, s->albedos, 1, sizeof *next);
+        s->albedos = next;
+    }
     pti_bvh_free(&s->geometry.bvh, &a);
     pti_environment_free(&s->environment, &a);
     pti_free(&a, s->geometry.shapes, s->geometry.shape_capacity, sizeof(pti_shape));
@@ -2789,18 +3629,72 @@ static pti_material *pti_material_slot(pt_scene *s) {
     s->materials = (pti_material *)array;
     return m;
 }
+static int pti_is_unit(float x) { return x >= 0 && x <= 1; }         /* false for NaN */
+static int pti_is_unit3(pt_vec3 c) { return pti_is_unit(c.x) && pti_is_unit(c.y) && pti_is_unit(c.z); }
+static int pti_check_material_textures(pt_scene *s, const pt_material_desc *d) {
+#define PTI_CHECK(name) if (!pti_check_id(s, d->name##_texture.id, s->texture_count, "pt_add_material", #name "_texture")) return 0;
+    PTI_TEXTURES(PTI_CHECK)
+#undef PTI_CHECK
+    return 1;
+}
+static int pti_check_material_numbers(pt_scene *s, const pt_material_desc *d) {
+    const char *call = "pt_add_material";
+#define PTI_CHECK(name) if (!pti_check(s, pti_is_unit(d->name), call, #name " must be between 0 and 1", d->name)) return 0;
+    PTI_NUMBERS(PTI_CHECK)
+    PTI_CHECK(sheen_roughness)
+    PTI_CHECK(transparency)
+#undef PTI_CHECK
+    return pti_check(s, d->ior >= 0 && d->ior <= 100, call, "ior must be above 0, up to 100, or 0 for 1.5", d->ior)
+        && pti_check(s, d->coat_ior == 0 || (d->coat_ior >= 1 && d->coat_ior <= 100), call, "coat_ior must be 1 to 100, or 0 for 1.5", d->coat_ior)
+        && pti_check(s, d->abbe == 0 || (d->abbe >= 1 && d->abbe <= 1e6f), call, "abbe must be 1 to 1e6, or 0 for none", d->abbe)
+        && pti_check(s, fabsf(d->rotation_deg) <= 36000, call, "rotation_deg must be within 36000", d->rotation_deg)
+        && pti_check(s, pti_in_range(d->bump), call, "bump must be finite and below 1e12", d->bump)
+        && pti_check3(s, d->eta.x >= 0 && d->eta.y >= 0 && d->eta.z >= 0 && pti_largest(d->eta) <= 1000, call, "eta must be between 0 and 1000", d->eta)
+        && pti_check3(s, d->k.x >= 0 && d->k.y >= 0 && d->k.z >= 0 && pti_largest(d->k) <= 1000, call, "k must be between 0 and 1000", d->k);
+}
 static int pti_check_material(pt_scene *s, const pt_material_desc *d) {
     const char *call = "pt_add_material";
-    pt_vec3 c = d->color, e = d->emission;
+    pt_vec3 e = d->emission;
     return pti_check(s, d->bsdf >= PT_BSDF_DIFFUSE && d->bsdf <= PT_BSDF_USER, call, "bsdf is no pt_bsdf", (float)d->bsdf)
-        && pti_check3(s, c.x >= 0 && c.y >= 0 && c.z >= 0 && c.x <= 1 && c.y <= 1 && c.z <= 1, call,
-                      "color must be between 0 and 1", c)
+        && pti_check3(s, pti_is_unit3(d->color), call, "color must be between 0 and 1", d->color)
+        && pti_check3(s, pti_is_unit3(d->sheen_color), call, "sheen_color must be between 0 and 1", d->sheen_color)
         && pti_check3(s, e.x >= 0 && e.y >= 0 && e.z >= 0 && pti_in_range3(e), call,
                       "emission must be between 0 and 1e12", e)
-        && pti_check(s, d->ior >= 0 && pti_finite(d->ior), call, "ior must be finite and > 0, or 0 for 1.5", d->ior)
-        && pti_check_id(s, d->color_texture.id, s->texture_count, call, "color_texture")
+        && pti_check_material_numbers(s, d) && pti_check_material_textures(s, d)
+        && pti_check_id(s, d->a.id, s->material_count - 1, call, "a, a material,")
+        && pti_check_id(s, d->b.id, s->material_count - 1, call, "b, a material,")
         && pti_require(s, d->bsdf != PT_BSDF_USER || (d->vtable && d->vtable->eval && d->vtable->pdf && d->vtable->sample),
                        call, "PT_BSDF_USER needs a vtable with eval, pdf and sample");
+}
+/* Zeros become what they stand for, so that textures and callbacks meet plain numbers. */
+static void pti_material_defaults(pt_material_desc *d) {
+    pt_vec3 white = pt_v3(1, 1, 1);
+    if (d->ior == 0) d->ior = 1.5f;
+    if (d->coat_ior == 0) d->coat_ior = 1.5f;
+    if (d->specular == 0 && !d->specular_texture.id) d->specular = 1;
+    if (d->sheen_roughness == 0) d->sheen_roughness = 0.5f;
+    if (pti_is_zero3(d->sheen_color) && !d->sheen_color_texture.id) d->sheen_color = white;
+    if (d->bsdf == PT_BSDF_DIELECTRIC && pti_is_zero3(d->color) && !d->color_texture.id) d->color = white;
+}
+/* What the renderer asks before it looks at numbers. A mix is what its parts are. */
+static void pti_material_flags(pti_material *m, const pti_material *all) {
+    const pt_material_desc *d = &m->desc;
+    const pti_material *a = all + d->a.id, *b = all + d->b.id;
+    int opaque = d->transparency == 0 && !d->opacity_texture.id && !d->shade, mix = d->bsdf == PT_BSDF_MIX;
+#define PTI_ANY(name) || d->name##_texture.id
+    m->varies = d->shade != NULL PTI_TEXTURES(PTI_ANY);
+#undef PTI_ANY
+    m->emits = d->emission.x > 0 || d->emission.y > 0 || d->emission.z > 0 || d->emission_texture.id || (mix && (a->emits || b->emits));
+    m->plain = d->bsdf == PT_BSDF_DIFFUSE && !m->varies && opaque && d->roughness == 0 && d->translucency == 0;
+    m->disperses = (d->abbe > 0 && (d->bsdf == PT_BSDF_DIELECTRIC || d->bsdf == PT_BSDF_PRINCIPLED)) || (mix && (a->disperses || b->disperses));
+    m->wants_coordinates = m->varies || d->bsdf == PT_BSDF_USER || d->roughness_y > 0
+        || (mix && (a->wants_coordinates || b->wants_coordinates));
+    m->wants_choice = mix ? a->wants_choice || b->wants_choice : d->bsdf != PT_BSDF_DIFFUSE && d->bsdf != PT_BSDF_NONE;
+    m->lobes = (opaque ? 0 : 1) + (mix ? a->lobes + b->lobes : d->bsdf == PT_BSDF_PRINCIPLED ? 7 : d->bsdf == PT_BSDF_DIFFUSE ? 2 : 1);
+    if (d->bsdf == PT_BSDF_PRINCIPLED && !d->shade) {    /* fuzz, coat, glass and what shines through are often not there */
+        m->lobes -= (d->sheen == 0 && !d->sheen_texture.id) + (d->coat == 0 && !d->coat_texture.id)
+            + (d->transmission == 0 && !d->transmission_texture.id) + (d->translucency == 0 && !d->translucency_texture.id);
+    }
 }
 PT_DEF pt_material pt_add_material(pt_scene *s, const pt_material_desc *d) {
     pt_material id = { 0 };
@@ -2809,8 +3703,11 @@ PT_DEF pt_material pt_add_material(pt_scene *s, const pt_material_desc *d) {
     m = pti_material_slot(s);
     if (!m) return id;
     m->desc = *d;
-    m->vtable = d->bsdf == PT_BSDF_USER ? *d->vtable : pti_builtin_bsdf(d->bsdf);
-    m->emits = d->emission.x > 0 || d->emission.y > 0 || d->emission.z > 0;
+    if (d->bsdf == PT_BSDF_USER) m->vtable = *d->vtable;
+    pti_material_defaults(&m->desc);
+    pti_material_flags(m, s->materials);
+    if (!pti_require(s, m->lobes <= PTI_LOBES, "pt_add_material", "too many lobes: a mix has room for 16 (two or three principled materials)"))
+        return id;
     id.id = (uint32_t)(s->material_count - 1);           /* slot 0 is taken, so ids begin at 1 */
     return id;
 }
@@ -2832,7 +3729,7 @@ PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
     grey = pti_material_slot(s);
     if (!grey) { pt_scene_destroy(s); return NULL; }
     grey->desc.color = pt_v3(0.5f, 0.5f, 0.5f);
-    grey->vtable = pti_builtin_bsdf(PT_BSDF_DIFFUSE);
+    pti_material_flags(grey, s->materials);
 #ifndef PT_ALLOW_FAST_MATH
     mode = pti_fpmode_enter();
     fuses = pti_fuses();
@@ -3290,18 +4187,49 @@ static int pti_lights_build(pti_lights *l, const pt_allocator *a) {
     pti_light_build(l, 0, l->count, 0);
     return 1;
 }
-static void pti_scene_link(pt_scene *s) {                /* pointers into arrays that do not move any more */
+/* A table of albedos, made once for each index and each roughness that differs along x and y. NULL: out of memory. */
+static const pti_albedo *pti_scene_albedo(pt_scene *s, float eta, float ax, float ay) {
+    pti_albedo_list *l;
+    for (l = s->albedos; l; l = l->next) if (l->albedo.eta == eta && l->albedo.ax == ax && l->albedo.ay == ay) return &l->albedo;
+    l = (pti_albedo_list *)pti_alloc(&s->allocator, 1, sizeof *l);
+    if (!l) return NULL;
+    l->albedo.eta = eta; l->albedo.ax = ax; l->albedo.ay = ay;
+    pti_albedo_build(&l->albedo);
+    l->next = s->albedos;
+    s->albedos = l;
+    return &l->albedo;
+}
+static int pti_material_tables(pt_scene *s, pti_material *m) {
+    const pt_material_desc *d = &m->desc;
+    int any = d->shade != NULL, varied = any || d->roughness_texture.id || d->roughness_y_texture.id;
+    int rough = varied || !pti_smooth(pti_roughest(d)), principled = d->bsdf == PT_BSDF_PRINCIPLED;
+    int glass = d->bsdf == PT_BSDF_DIELECTRIC && !d->thin;
+    int metal = d->bsdf == PT_BSDF_CONDUCTOR || (d->bsdf == PT_BSDF_DIELECTRIC && d->thin) || (principled && (any || d->metallic > 0
+        || d->metallic_texture.id || d->thin));
+    float ax = 0, ay = 0;
+    if (!varied && d->roughness_y > 0 && d->roughness_y != d->roughness) { ax = pti_alpha(d->roughness); ay = pti_alpha(d->roughness_y); }
+    m->fresnel_mean = pti_fresnel_mean(d->ior);
+    if (metal && rough && !(m->mirror = pti_scene_albedo(s, 0, ax, ay))) return 0;
+    if (glass && rough && !(m->dielectric = pti_scene_albedo(s, d->ior, ax, ay))) return 0;
+    if (principled && !(m->dielectric = pti_scene_albedo(s, d->ior, 0, 0))) return 0;
+    if (principled && (any || d->coat > 0 || d->coat_texture.id) && !(m->coat = pti_scene_albedo(s, d->coat_ior, 0, 0))) return 0;
+    if (principled && (any || d->sheen > 0 || d->sheen_texture.id) && !(m->fuzz = pti_scene_albedo(s, -1, 0, 0))) return 0;
+    return 1;
+}
+static int pti_scene_link(pt_scene *s) {                 /* pointers into arrays that do not move any more; 0: out of memory */
     size_t i;
+    pti_spectrum_build(&s->spectrum);
     for (i = 0; i < s->material_count; i++) {
         pti_material *m = s->materials + i;
-        m->texture = m->desc.color_texture.id ? s->textures + (m->desc.color_texture.id - 1) : NULL;
-        m->user = m->desc.bsdf == PT_BSDF_USER ? m->desc.user : m;
-        m->wants_coordinates = m->texture || m->desc.bsdf == PT_BSDF_USER;
+        m->all = s->materials;
+        m->textures = s->textures;
+        if (!pti_material_tables(s, m)) return 0;
     }
     if (s->environment_texture.id) s->environment.texture = s->textures + (s->environment_texture.id - 1);
     for (i = 0; i < s->density_count; i++) s->density_weight += s->densities[i].weight;
     for (i = 0; i < s->density_count && s->density_weight > 0.95f; i++) s->densities[i].weight *= 0.95f / s->density_weight;
     s->density_weight = pti_min(s->density_weight, 0.95f);
+    return 1;
 }
 PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     pti_fpmode mode;
@@ -3310,8 +4238,7 @@ PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     if (s->error.code != PT_OK) return s->error.code;
     if (s->committed) return PT_OK;
     mode = pti_fpmode_enter();
-    pti_scene_link(s);
-    fine = pti_bvh_build(&s->geometry, &s->allocator) && pti_environment_build(&s->environment, &s->allocator)
+    fine = pti_scene_link(s) && pti_bvh_build(&s->geometry, &s->allocator) && pti_environment_build(&s->environment, &s->allocator)
         && pti_collect_emitters(s, s, NULL) && pti_lights_build(&s->lights, &s->allocator);
     pti_fpmode_leave(mode);
     if (!fine) { pti_fail(&s->error, PT_ERR_MEMORY, "pt_scene_commit: out of memory"); return s->error.code; }
@@ -3358,18 +4285,18 @@ PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_inters
 typedef struct pti_mixture {
     const pt_scene *scene;
     const pt_vertex *x;
-    const pti_material *m;
+    const pti_surface *surface;
     float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities */
 } pti_mixture;
 
-static pti_mixture pti_mixture_at(const pt_scene *s, const pt_vertex *x, const pti_material *m, const pt_weights *w) {
+static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface, const pt_weights *w) {
     pti_mixture mix;
     float from_lights, from_sky, rest;
     int automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
-    mix.scene = s; mix.x = x; mix.m = m;
+    mix.scene = s; mix.x = surface->x; mix.surface = surface;
     mix.bsdf = 1; mix.lights = mix.environment = mix.users = 0;
-    if (pti_material_delta(m, x) >= 1) return mix;
-    from_lights = pti_lights_irradiance(&s->lights, x->p);
+    if (surface->delta > 0.999f) return mix;             /* deltas only */
+    from_lights = pti_lights_irradiance(&s->lights, mix.x->p);
     from_sky = s->environment.textured ? PTI_PI * s->environment.mean : 0.0f;
     if (automatic) {                                     /* half for the BSDF, which bounds f / p; half for the light */
         rest = from_lights + from_sky;
@@ -3395,12 +4322,14 @@ static void pti_mixture_calm(pti_mixture *m, float potential) {
     m->users *= calm;
     m->bsdf = 1 - m->lights - m->environment - m->users;
 }
-/* The density of wi under the smooth part, by whichever part it was drawn. */
-static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi) {
+/* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
+   that is 0, nobody wants to know p. */
+static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
     const pt_scene *s = m->scene;
     float p, scale = s->density_weight > 0 ? m->users / s->density_weight : 0.0f;
     size_t i;
-    p = m->bsdf * m->m->vtable.pdf(m->m->user, m->x, wi);
+    p = m->bsdf * pti_surface_eval(m->surface, wi, f);
+    if (pti_is_zero3(*f)) return 0;
     if (m->lights > 0) p += m->lights * pti_lights_pdf(&s->lights, m->x->p, wi);
     if (m->environment > 0) p += m->environment * pti_environment_pdf(&s->environment, wi);
     for (i = 0; i < s->density_count; i++)
@@ -3422,27 +4351,26 @@ static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const
 typedef struct pti_step { pt_vec3 wi, weight; int delta; } pti_step;
 
 /* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
-   picks among lights or the user's densities, and is the third number of a user's BSDF; it may be 0 where none of them is.
+   picks among lights or the user's densities, its second number what a lobe has to decide; they may be 0 where neither is.
    0: the path ends here. */
-static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, uint32_t choice, pti_step *step) {
+static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, const uint32_t choice[2], pti_step *step) {
     const pt_scene *s = m->scene;
-    const pti_material *bsdf = m->m;
-    float others = 1 - m->bsdf, uv[3], p;
+    float others = 1 - m->bsdf, uv[2], p;
+    uint32_t among = choice[0];
     pt_vec3 f;
     pt_scatter scatter;
     int drawn;
     memset(&scatter, 0, sizeof scatter);
     if (others <= 0 || pti_split(&u, m->bsdf)) {
-        uv[0] = pti_u01(u); uv[1] = pti_u01(v); uv[2] = pti_u01(choice);
-        drawn = bsdf->vtable.sample(bsdf->user, m->x, uv, &scatter);
+        drawn = pti_surface_sample(m->surface, u, v, choice[1], &scatter);
         step->wi = scatter.wi;
     } else if (m->lights > 0 && pti_split(&u, m->lights / others)) {
-        drawn = pti_lights_sample(&s->lights, m->x->p, choice, pti_u01(u), pti_u01(v), &step->wi);
+        drawn = pti_lights_sample(&s->lights, m->x->p, among, pti_u01(u), pti_u01(v), &step->wi);
     } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
         drawn = m->environment > 0 && pti_environment_sample(&s->environment, pti_u01(u), pti_u01(v), &step->wi);
     } else {
         uv[0] = pti_u01(u); uv[1] = pti_u01(v);
-        drawn = pti_mixture_sample_user(m, &choice, uv, &step->wi);
+        drawn = pti_mixture_sample_user(m, &among, uv, &step->wi);
     }
     if (!drawn) return 0;
     step->delta = scatter.delta;
@@ -3451,10 +4379,8 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, uint
         step->weight = pti_scale(scatter.f, 1 / (m->bsdf * scatter.pdf));
         return 1;
     }
-    f = bsdf->vtable.eval(bsdf->user, m->x, step->wi);
-    if (pti_is_zero3(f)) return 0;
-    p = pti_mixture_pdf(m, step->wi);
-    if (p <= 0) return 0;                                /* NaN goes on: the film will count it */
+    p = pti_mixture_pdf(m, step->wi, &f);
+    if (pti_is_zero3(f) || p <= 0) return 0;             /* NaN goes on: the film will count it */
     step->weight = pti_scale(f, 1 / p);
     return 1;
 }
@@ -3463,6 +4389,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, uint
    The estimator, one ray a vertex:
        L += beta Le;   wi ~ p;   beta *= f |cos| / p
    Dimensions: group 0 is the pixel's, group 1 + k that of vertex k. */
+#define PTI_GROUP_WAVELENGTH 0x80000000u
 
 typedef struct pti_tracer {                              /* what all paths of a render share */
     const pt_scene *scene;
@@ -3485,13 +4412,15 @@ static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
 }
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, pt_vec3 org, pt_vec3 dir, uint64_t *rays) {
     const pt_scene *s = t->scene;
-    pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta;
+    pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, color;
+    float wavelength = 0;
     int depth;
     for (depth = 0; ; depth++) {
         pti_ray ray;
         pti_hit hit;
         pt_vertex x;
         const pti_material *m;
+        pti_surface surface;
         pti_mixture mix;
         pti_step step;
         uint32_t u[2], choice[2] = { 0, 0 };
@@ -3503,15 +4432,22 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         pti_vertex_fill(&s->geometry, &ray, &hit, &x);
         m = pti_material_at(s, &x);
         if (m->wants_coordinates || s->density_count) pti_vertex_coordinates(&s->geometry, &x);
+        if (m->disperses && !(wavelength > 0)) {
+            pti_draw2(sampler, PTI_GROUP_WAVELENGTH, 0, u);
+            wavelength = pti_sample_wavelength(&s->spectrum, pti_u01(u[0]), &color);
+            beta = pti_mul(beta, color);
+        }
+        x.wavelength = wavelength;
         if (m->emits) L = pti_add(L, pti_mul(beta, pti_material_emission(m, &x)));
         if (depth == t->max_depth) return L;
         pti_draw2(sampler, 1 + (uint32_t)depth, 0, u);
-        if (s->lights.count > 1 || s->density_count || m->desc.bsdf == PT_BSDF_USER)
+        if (s->lights.count > 1 || s->density_count || m->wants_choice)
             pti_draw2(sampler, 1 + (uint32_t)depth, 1, choice);
         if (pti_largest(potential) < 1 && !pti_roulette(&beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
-        mix = pti_mixture_at(s, &x, m, &t->weights);
+        pti_surface_at(m, &x, &surface);
+        mix = pti_mixture_at(s, &surface, &t->weights);
         pti_mixture_calm(&mix, pti_largest(potential));
-        if (!pti_mixture_sample(&mix, u[0], u[1], choice[0], &step)) return L;
+        if (!pti_mixture_sample(&mix, u[0], u[1], choice, &step)) return L;
         if (!(fabsf(pti_dot(step.wi, step.wi) - 1) < 1e-3f) || !pti_finite3(step.weight))
             return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
         beta = pti_mul(beta, step.weight);

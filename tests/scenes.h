@@ -102,6 +102,26 @@ static inline pt_vertex vertex_of(pt_vec3 wo, pt_vec3 ng, pt_vec3 ns) {
     pti_vertex_orient(&x);
     return x;
 }
+/* One material's BSDF at a vertex. */
+static inline pt_vec3 eval_of(const pti_material *m, const pt_vertex *x, pt_vec3 wi) {
+    pti_surface s;
+    pt_vec3 f;
+    pti_surface_at(m, x, &s);
+    pti_surface_eval(&s, wi, &f);
+    return f;
+}
+static inline float pdf_of(const pti_material *m, const pt_vertex *x, pt_vec3 wi) {
+    pti_surface s;
+    pt_vec3 f;
+    pti_surface_at(m, x, &s);
+    return pti_surface_eval(&s, wi, &f);
+}
+static inline int sample_of(const pti_material *m, const pt_vertex *x, float a, float b, float c, pt_scatter *out) {
+    pti_surface s;
+    memset(out, 0, sizeof *out);
+    pti_surface_at(m, x, &s);
+    return pti_surface_sample(&s, (uint32_t)((double)a * 4294967296.0), (uint32_t)((double)b * 4294967296.0), (uint32_t)((double)c * 4294967296.0), out);
+}
 static inline pt_vec3 random_direction(pt_rng *rng) {
     float u = pt_rng_float(rng), v = pt_rng_float(rng);
     return pti_sample_sphere(u, v);

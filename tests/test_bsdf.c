@@ -8,12 +8,6 @@
 
 /* A scene that has one material, and that material. */
 static const pti_material *material_of(pt_scene *s, pt_material m) { return commit(s) ? s->materials + m.id : s->materials; }
-static int sample_of(const pti_material *m, const pt_vertex *x, float a, float b, float c, pt_scatter *out) {
-    float u[3];
-    u[0] = a; u[1] = b; u[2] = c;
-    memset(out, 0, sizeof *out);
-    return m->vtable.sample(m->user, x, u, out);
-}
 static pt_vec3 turned(pt_vec3 n, double degrees) {       /* n, tilted by that much */
     pt_vec3 t, b;
     pti_basis(n, &t, &b);
@@ -33,7 +27,7 @@ static int bounce_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
 }
 static double bounce_pdf(void *ctx, pt_vec3 wi) {
     const bounce *b = (const bounce *)ctx;
-    return b->m->vtable.pdf(b->m->user, &b->x, wi);
+    return pdf_of(b->m, &b->x, wi);
 }
 static void diffuse_directions(void) {
     static const double cosine[] = { 1, 0.6, 0.05, 1e-5 }, tilt[] = { 0, 25, 60, 85 };
@@ -66,7 +60,7 @@ static void diffuse_values(void) {                       /* f = albedo / pi on t
     for (i = 0; i < 20000; i++) {
         pt_vec3 ng = stats_direction(&rng), ns = i & 1 ? ng : turned(ng, 50 * pt_rng_float(&rng)), a = stats_direction(&rng), b = stats_direction(&rng);
         pt_vertex x = vertex_of(a, ng, ns), y = vertex_of(b, ng, ns);
-        pt_vec3 there = m->vtable.eval(m->user, &x, b), back = m->vtable.eval(m->user, &y, a);
+        pt_vec3 there = eval_of(m, &x, b), back = eval_of(m, &y, a);
         double ca = fabs(pti_dot(ns, a)), cb = fabs(pti_dot(ns, b)), side = pti_dot(ng, a) * pti_dot(ng, b);
         if (fabs(side) < 1e-5) continue;
         if (side < 0) { CHECK(pti_is_zero3(there) && pti_is_zero3(back)); continue; }
@@ -74,7 +68,7 @@ static void diffuse_values(void) {                       /* f = albedo / pi on t
         tested++;
         CHECK_NEAR(there.x / cb, 0.2 / STATS_PI, 1e-4); CHECK_NEAR(there.z / cb, 0.8 / STATS_PI, 1e-4);
         CHECK_NEAR(there.y / cb, back.y / ca, 1e-4);
-        CHECK_NEAR(m->vtable.pdf(m->user, &x, b), cb / STATS_PI, 1e-6);
+        CHECK_NEAR(pdf_of(m, &x, b), cb / STATS_PI, 1e-6);
     }
     CHECK(tested > 5000);
     pt_scene_destroy(s);
@@ -116,7 +110,7 @@ static void mirrors_reflect(void) {
         CHECK(pti_same_side(&x, x.wo, out.wi));
         c = fabs(dot_of(n, wo)); k = pow(1 - c, 5);
         CHECK_NEAR(out.f.x, 0.3f + (1 - 0.3f) * k, 2e-6);
-        CHECK(m->vtable.pdf(m->user, &x, out.wi) == 0 && pti_is_zero3(m->vtable.eval(m->user, &x, out.wi)));
+        CHECK(pdf_of(m, &x, out.wi) == 0 && pti_is_zero3(eval_of(m, &x, out.wi)));
     }
     CHECK(bent > 100);
     pt_scene_destroy(s);
@@ -295,8 +289,8 @@ static void no_nans(void) {
                      (double)x.wo.z, (double)ng.x, (double)ng.y, (double)ng.z, (double)x.ns.x, (double)x.ns.y, (double)x.ns.z, (double)out.wi.x,
                      (double)out.wi.y, (double)out.wi.z, (double)out.f.x, (double)out.pdf);
         }
-        f = m->vtable.eval(m->user, &x, wi);
-        pdf = m->vtable.pdf(m->user, &x, wi);
+        f = eval_of(m, &x, wi);
+        pdf = pdf_of(m, &x, wi);
         if (!(sane(f.x) && sane(f.y) && sane(f.z) && sane(pdf))) FAIL("eval %g, pdf %g", (double)f.x, (double)pdf);
     }
     CHECK(i == 1000000);
@@ -354,7 +348,7 @@ static float half_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; 
 static float half_delta(void *user, const pt_vertex *x) { (void)user; (void)x; return 0.5f; }
 static int half_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
     if (u[2] >= 0.5f) return own_sample(user, x, u, out);
-    out->wi = pti_reflect(x->wo, pti_facing_normal(x));
+    out->wi = pti_mirrored(x->wo, pti_dot(x->ns, x->wo) < 0 ? pti_neg(x->ns) : x->ns);
     out->f = pt_v3(0.5f, 0.5f, 0.5f);
     out->pdf = 0.5f;
     out->delta = 1;
@@ -431,8 +425,11 @@ static int nan_direction(void *user, const pt_vertex *x, const float u[3], pt_sc
     out->wi = pt_v3(*(const float *)user, 1, 0);
     return 1;
 }
+static pt_vec3 no_eval(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return pt_v3(0, 0, 0); }
+static float no_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return 0; }
+static float always(void *user, const pt_vertex *x) { (void)user; (void)x; return 1; }
 static void bad_bsdfs(void) {
-    static const pt_bsdf_vtable bad[] = { { nan_eval, own_pdf, own_sample, NULL }, { pti_no_eval, pti_no_pdf, nan_sample, pti_always },
+    static const pt_bsdf_vtable bad[] = { { nan_eval, own_pdf, own_sample, NULL }, { no_eval, no_pdf, nan_sample, always },
                                           { own_eval, nan_pdf, own_sample, NULL }, { nan_eval, own_pdf, nan_direction, NULL } };
     static float rgb[16 * 16 * 3], value[3];
     int k, v, i;

@@ -27,18 +27,19 @@ static pt_material all_round(pt_scene *s) {
     static const pt_bsdf_vtable v = { round_eval, round_pdf, round_sample, NULL };
     return pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_USER, .vtable = &v });
 }
+static pt_vec3 facing_normal(const pt_vertex *x) { return pti_dot(x->ns, x->wo) < 0 ? pti_neg(x->ns) : x->ns; }
 /* A coat: a mirror's delta with probability 0.3, else diffuse. */
 static pt_vec3 coat_eval(void *user, const pt_vertex *x, pt_vec3 wi) {
-    float f = pti_same_side(x, x->wo, wi) ? 0.6f * pti_pdf_cosine(pti_dot(pti_facing_normal(x), wi)) : 0.0f;
+    float f = pti_same_side(x, x->wo, wi) ? 0.6f * pti_pdf_cosine(pti_dot(facing_normal(x), wi)) : 0.0f;
     (void)user;
     return pt_v3(f, f, f);
 }
 static float coat_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { return coat_eval(user, x, wi).x * (0.7f / 0.6f); }
 static int coat_sample(void *user, const pt_vertex *x, const float u[3], pt_scatter *out) {
-    pt_vec3 n = pti_facing_normal(x), t, b;
+    pt_vec3 n = facing_normal(x), t, b;
     (void)user;
     if (u[2] < 0.3f) {
-        out->wi = pti_reflect(x->wo, n);
+        out->wi = pti_mirrored(x->wo, n);
         out->f = pt_v3(0.25f, 0.25f, 0.25f); out->pdf = 0.3f; out->delta = 1;
         return 1;
     }
@@ -103,7 +104,7 @@ static void sunny(pt_scene *s, float scale, int even) {
 
 static const pt_weights automatic = { 0, 0, 0 };
 
-typedef struct mix_test { pti_mixture mix; pt_vertex x; const pti_material *m; } mix_test;
+typedef struct mix_test { pti_mixture mix; pti_surface surface; pt_vertex x; } mix_test;
 /* The mixture where a ray from above meets the floor. */
 static int mix_at(mix_test *t, const pt_scene *s, float x, float z, pt_weights w) {
     pt_ray ray;
@@ -111,21 +112,23 @@ static int mix_at(mix_test *t, const pt_scene *s, float x, float z, pt_weights w
     ray.org = pt_v3(x + 0.05f, 0.1f, z - 0.02f);
     ray.dir = pt_v3(-0.05f, -0.1f, 0.02f);
     if (!CHECK(pt_intersect(s, &ray, &t->x))) return 0;
-    t->m = pti_material_at(s, &t->x);
-    t->mix = pti_mixture_at(s, &t->x, t->m, &w);
+    pti_surface_at(pti_material_at(s, &t->x), &t->x, &t->surface);
+    t->mix = pti_mixture_at(s, &t->surface, &w);
     return 1;
 }
 static int mix_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
     mix_test *t = (mix_test *)ctx;
-    uint32_t u = pt_rng_u32(rng), v = pt_rng_u32(rng), choice = pt_rng_u32(rng);
+    uint32_t u = pt_rng_u32(rng), v = pt_rng_u32(rng), choice[2];
     pti_step step;
+    choice[0] = choice[1] = pt_rng_u32(rng);
     if (!pti_mixture_sample(&t->mix, u, v, choice, &step) || step.delta) return 0;
     *wi = step.wi;
     return 1;
 }
 static double mix_pdf(void *ctx, pt_vec3 wi) {           /* what reflects nothing is not drawn */
     mix_test *t = (mix_test *)ctx;
-    return pti_is_zero3(t->m->vtable.eval(t->m->user, &t->x, wi)) ? 0 : pti_mixture_pdf(&t->mix, wi);
+    pt_vec3 f;
+    return pti_mixture_pdf(&t->mix, wi, &f);
 }
 static void chi2_mixture(mix_test *t, double total, uint64_t seed) {
     chi2_directions_desc d;
@@ -218,14 +221,16 @@ static void weights_of_steps(void) {
     for (i = 0; i < 20000; i++) {
         static const pt_weights w[3] = { { 0, 0, 0 }, { 0.2f, 0.3f, 0.5f }, { 0.9f, 0.05f, 0.05f } };
         float x = 6 * pt_rng_float(&rng) - 3, z = 6 * pt_rng_float(&rng) - 3;
-        uint32_t u = pt_rng_u32(&rng), v = pt_rng_u32(&rng), choice = pt_rng_u32(&rng);
+        uint32_t u = pt_rng_u32(&rng), v = pt_rng_u32(&rng), choice[2];
         pti_step step;
         mix_test t;
+        pt_vec3 f;
+        choice[0] = choice[1] = pt_rng_u32(&rng);
         if (!mix_at(&t, s, x, z, w[i % 3])) break;
         if (!pti_mixture_sample(&t.mix, u, v, choice, &step)) continue;
         drawn++;
         CHECK(step.weight.x > 0 && step.weight.x <= 0.5f / t.mix.bsdf * 1.0001f);
-        CHECK_NEAR(step.weight.x * pti_mixture_pdf(&t.mix, step.wi), 0.5 * step.wi.y / STATS_PI, 1e-5);
+        CHECK_NEAR(step.weight.x * pti_mixture_pdf(&t.mix, step.wi, &f), 0.5 * step.wi.y / STATS_PI, 1e-5);
         CHECK_NEAR(pti_length(step.wi), 1, 1e-5);
     }
     CHECK(drawn > 10000);

@@ -123,14 +123,17 @@ static void callbacks(void) {
     pt_material plain = pt_add_material(s, &(pt_material_desc){ .color_texture = t });
     pt_material half = pt_add_material(s, &(pt_material_desc){ .color_texture = t, .color = { 0.5f, 0.25f, 1 } });
     pt_vertex x;
+    pt_material_desc d;
     pt_vec3 c;
     if (!commit(s)) return;
     memset(&x, 0, sizeof x);
-    x.u = 0.25f; x.v = 12;
-    c = pti_material_color(s->materials + plain.id, &x);
-    CHECK(c.x == 0.25f && c.y == 12 && c.z == 0.75f);
-    c = pti_material_color(s->materials + half.id, &x);
-    CHECK(c.x == 0.125f && c.y == 3 && c.z == 0.75f);
+    x.u = 0.25f; x.v = 0.5f;
+    pti_material_vary(s->materials + plain.id, &x, &d);
+    c = d.color;
+    CHECK(c.x == 0.25f && c.y == 0.5f && c.z == 0.75f);
+    pti_material_vary(s->materials + half.id, &x, &d);
+    c = d.color;
+    CHECK(c.x == 0.125f && c.y == 0.125f && c.z == 0.75f);
     pt_scene_destroy(s);
 }
 /* On a quad, with (u, v) = (0, 0) at its corner, the picture stands upright: left is small u, the top is v = 1. */
