@@ -40,11 +40,14 @@
      >>math       vectors, transforms, our own sin cos exp log pow atan2 acos
      >>random     PCG32, Owen-scrambled Sobol, stratified: numbers as a function of (seed, pixel, sample, dimension)
      >>warp       from the unit square to disks, hemispheres, cones, triangles, rectangles, tables; each with its density
+     >>spectrum   the colours of single wavelengths
      >>shape      triangles, spheres, instances, users' shapes: bounds and intersection
      >>bvh        the binned SAH build, straight into an eight-wide tree
      >>kernel     ray against boxes and triangles for each instruction set; the traversal
      >>texture    pictures and callbacks
-     >>bsdf       diffuse, mirror, glass, users' BSDFs
+     >>microfacet Fresnel, GGX, fuzz, and how much light rough surfaces send on
+     >>bsdf       lobes: diffuse, metal, glass, panes, coats, users' BSDFs
+     >>material   from numbers and textures to lobes
      >>light      emitters by solid angle, the light tree, environments
      >>scene      adding, checking, committing
      >>mixture    the one density that a path draws its next direction from
@@ -220,6 +223,8 @@ typedef struct pt_material_desc {
     void      *user;
 } pt_material_desc;
 PT_DEF pt_material pt_add_material(pt_scene *s, const pt_material_desc *d);
+/* eta and k of aluminium, brass, chromium, copper, gold, iron, mercury, platinum, silver, titanium; 0: no such name. */
+PT_DEF int pt_metal(const char *name, pt_vec3 *eta, pt_vec3 *k);
 
 typedef struct pt_mesh_desc {
     const float    *positions;                            /* x y z ... in metres, finite, below 1e12 */
@@ -2300,6 +2305,21 @@ static float pti_fresnel_metal(float cos_i, float eta, float k) {
     float a = 2 * cos_i * sqrtf(pti_max((ab + e) / 2, 0)), s = (ab + c2 - a) / (ab + c2 + a);
     float p = s * (c2 * ab + s2 * s2 - a * s2) / (c2 * ab + s2 * s2 + a * s2);
     return pti_min((s + p) / 2, 1);
+}
+/* Measured indices, averaged over the bands of red, green and blue: those that come with Mitsuba, which has them from SOPRA's
+   database. */
+#define PTI_METALS(X) \
+    X(aluminium, 1.657f, 0.880f, 0.521f, 9.224f, 6.270f, 4.837f) X(brass, 0.444f, 0.527f, 1.094f, 3.695f, 2.765f, 1.829f) \
+    X(chromium, 4.370f, 2.917f, 1.655f, 5.206f, 4.231f, 3.755f)  X(copper, 0.200f, 0.924f, 1.102f, 3.913f, 2.453f, 2.142f) \
+    X(gold, 0.143f, 0.375f, 1.442f, 3.983f, 2.386f, 1.603f)      X(iron, 2.911f, 2.950f, 2.585f, 3.089f, 2.932f, 2.767f) \
+    X(mercury, 2.073f, 1.552f, 1.061f, 5.338f, 4.651f, 3.863f)   X(platinum, 2.376f, 2.085f, 1.845f, 4.266f, 3.715f, 3.137f) \
+    X(silver, 0.155f, 0.117f, 0.138f, 4.828f, 3.122f, 2.147f)    X(titanium, 2.741f, 2.542f, 2.237f, 3.814f, 3.435f, 3.039f)
+PT_DEF int pt_metal(const char *name, pt_vec3 *eta, pt_vec3 *k) {
+#define PTI_METAL_ROW(n, er, eg, eb, kr, kg, kb) \
+    if (name && !strcmp(name, #n)) { *eta = pt_v3(er, eg, eb); *k = pt_v3(kr, kg, kb); return 1; }
+    PTI_METALS(PTI_METAL_ROW)
+#undef PTI_METAL_ROW
+    return 0;
 }
 /* Schlick 1994: r0 at normal incidence, 1 at grazing. */
 static pt_vec3 pti_fresnel_schlick(float cos_i, pt_vec3 r0) {
