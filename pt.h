@@ -2190,7 +2190,7 @@ typedef struct pti_texture {
     const void *pixels;                                  /* NULL: a pattern or a callback */
     int owned, width, height, channels, bits;
     int first, grey;                                     /* channel to begin with; is there only that one? */
-    const float *decode;                                 /* of an integer of 8 or 16 bits; NULL = divide by the largest */
+    const float *decode, *decode_alpha;                  /* what 8 or 16 bits mean; NULL (not for 8) = over the largest */
     pt_wrap wrap_u, wrap_v;
     int nearest;
     float m[6];                                          /* s = m0 u + m1 (1 - v) + m2, t = m3 u + m4 (1 - v) + m5 */
@@ -2223,16 +2223,20 @@ static void pti_texture_st(const pti_texture *t, float u, float v, float *s, flo
 
 /* ---- pixels */
 
-static float pti_texel_channel(const pti_texture *t, size_t i, const float *decode) {
-    unsigned n;
+PTI_INLINE float pti_texel_channel(const pti_texture *t, size_t i, const float *decode) {
     if (t->bits == 32) return ((const float *)t->pixels)[i];
-    n = t->bits == 8 ? ((const unsigned char *)t->pixels)[i] : ((const uint16_t *)t->pixels)[i];
-    return decode ? decode[n] : (float)n / (t->bits == 8 ? 255.0f : 65535.0f);
+    if (t->bits == 8) return decode[((const unsigned char *)t->pixels)[i]];
+    return decode ? decode[((const uint16_t *)t->pixels)[i]] : (float)((const uint16_t *)t->pixels)[i] / 65535;
 }
-static pt_vec3 pti_texel_at(const pti_texture *t, size_t i) {      /* i: where the pixel's channels begin */
-    float r = pti_texel_channel(t, i += (size_t)t->first, t->decode);
-    if (t->grey) return pt_v3(r, r, r);
-    return pt_v3(r, pti_texel_channel(t, i + 1, t->decode), pti_texel_channel(t, i + 2, t->decode));
+PTI_INLINE pt_vec3 pti_texel_at(const pti_texture *t, size_t i) {  /* i: where the pixel's channels begin */
+    const unsigned char *b = (const unsigned char *)t->pixels;
+    const float *f = (const float *)t->pixels;
+    i += (size_t)t->first;
+    if (t->grey) { float c = pti_texel_channel(t, i, t->decode); return pt_v3(c, c, c); }
+    if (t->bits == 8) return pt_v3(t->decode[b[i]], t->decode[b[i + 1]], t->decode[b[i + 2]]);
+    if (t->bits == 32) return pt_v3(f[i], f[i + 1], f[i + 2]);
+    return pt_v3(pti_texel_channel(t, i, t->decode), pti_texel_channel(t, i + 1, t->decode),
+                 pti_texel_channel(t, i + 2, t->decode));
 }
 static size_t pti_texel_index(const pti_texture *t, int x, int y) {
     return ((size_t)y * (size_t)t->width + (size_t)x) * (size_t)t->channels;
@@ -2240,7 +2244,7 @@ static size_t pti_texel_index(const pti_texture *t, int x, int y) {
 static pt_vec3 pti_texel(const pti_texture *t, int x, int y) { return pti_texel_at(t, pti_texel_index(t, x, y)); }
 
 /* A coordinate folded into [0,1]. What is no number (infinity times 0 somewhere) becomes 0. */
-static float pti_wrap(float x, pt_wrap wrap) {
+PTI_INLINE float pti_wrap(float x, pt_wrap wrap) {
     if (wrap == PT_WRAP_CLAMP) return x > 0 ? pti_min(x, 1) : 0.0f;
     if (wrap == PT_WRAP_REPEAT) x -= floorf(x);
     else {                                               /* there and back: period 2 */
@@ -2251,7 +2255,7 @@ static float pti_wrap(float x, pt_wrap wrap) {
 }
 /* The two of n texels next to a coordinate in [0,1], and how far it is from the middle of the one to the other's. A
    mirrored border is its own neighbour, like a clamped one. */
-static float pti_texel_pair(float x, int n, pt_wrap wrap, int *first, int *second) {
+PTI_INLINE float pti_texel_pair(float x, int n, pt_wrap wrap, int *first, int *second) {
     float whole;
     int i;
     x = x * (float)n - 0.5f;
@@ -2267,7 +2271,7 @@ static int pti_texel_nearest(float x, int n) {
 }
 /* The four texels round a point, c00 c10 c01 c11, and the way from the first. */
 typedef struct pti_texels { size_t at[4]; float fx, fy; } pti_texels;
-static pti_texels pti_texels_at(const pti_texture *t, float s, float w, pt_wrap wrap_u, pt_wrap wrap_v, int nearest) {
+PTI_INLINE pti_texels pti_texels_at(const pti_texture *t, float s, float w, pt_wrap wrap_u, pt_wrap wrap_v, int nearest) {
     pti_texels q;
     int x0, x1, y0, y1;
     s = pti_wrap(s, wrap_u);
@@ -2284,7 +2288,7 @@ static pti_texels pti_texels_at(const pti_texture *t, float s, float w, pt_wrap 
     q.at[2] = pti_texel_index(t, x0, y1); q.at[3] = pti_texel_index(t, x1, y1);
     return q;
 }
-static pt_vec3 pti_texels_color(const pti_texture *t, const pti_texels *q) {
+PTI_INLINE pt_vec3 pti_texels_color(const pti_texture *t, const pti_texels *q) {
     pt_vec3 c00 = pti_texel_at(t, q->at[0]), c10 = pti_texel_at(t, q->at[1]);
     pt_vec3 c01 = pti_texel_at(t, q->at[2]), c11 = pti_texel_at(t, q->at[3]);
     return pti_add(pti_scale(pti_madd(c00, 1 - q->fx, pti_scale(c10, q->fx)), 1 - q->fy),
@@ -2322,10 +2326,11 @@ static float pti_checker(const double p[3]) {
 }
 /* Gradient noise (Perlin 2002, with a hash for its table): each lattice point has one of twelve slopes, and they are
    blended by 6 f^5 - 15 f^4 + 10 f^3, whose first two derivatives vanish at both ends. In [-1.04, 1.04], 0 on the lattice. */
-static float pti_slope(uint32_t hash, float x, float y, float z) {
-    uint32_t h = hash >> 28;
-    float a = h < 8 ? x : y, b = h < 4 ? y : h == 12 || h == 14 ? x : z;
-    return (h & 1 ? -a : a) + (h & 2 ? -b : b);
+static float pti_slope(uint32_t hash, float x, float y, float z) {     /* of sixteen, four come twice: no division by 12 */
+    static const float slopes[16][3] = { {1,1,0}, {-1,1,0}, {1,-1,0}, {-1,-1,0}, {1,0,1}, {-1,0,1}, {1,0,-1}, {-1,0,-1},
+        {0,1,1}, {0,-1,1}, {0,1,-1}, {0,-1,-1}, {1,1,0}, {-1,1,0}, {0,-1,1}, {0,-1,-1} };
+    const float *g = slopes[hash >> 28];
+    return g[0] * x + g[1] * y + g[2] * z;
 }
 static float pti_fade(float f) { return f * f * f * (f * (f * 6 - 15) + 10); }
 static float pti_noise(const double p[3], uint32_t seed) {
@@ -2401,7 +2406,7 @@ static float pti_texture_alpha(const pti_texture *t, const pt_vertex *x) {     /
     pti_texels q;
     if (!t->pixels || t->channels % 2) return 1;
     q = pti_texture_texels(t, x->u, x->v);
-    return pti_texels_channel(t, &q, t->channels - 1, NULL);
+    return pti_texels_channel(t, &q, t->channels - 1, t->decode_alpha);
 }
 
 /* For heights and means: elsewhere on the texture. Callbacks and solid patterns meet a vertex that has u and v alone. */
@@ -2947,7 +2952,8 @@ struct pt_scene {
     pti_geometry geometry;
     pti_material *materials;    size_t material_count, material_capacity;
     pti_texture *textures;      size_t texture_count, texture_capacity;
-    float *srgb8, *srgb16;                               /* what 256 and 65536 encoded values mean; NULL until one is used */
+    float *decode[3];                                    /* what 256 values mean, linear and sRGB, and 65536 sRGB ones; each
+                                                            NULL until a texture uses it */
     pt_density_desc *densities; size_t density_count, density_capacity;
     float density_weight;                                /* sum over densities, at most 0.95 */
     pti_lights lights;
@@ -3016,8 +3022,7 @@ PT_DEF void pt_scene_destroy(pt_scene *s) {
         pti_texture *t = s->textures + i;
         if (t->owned) pti_free(&a, (void *)(uintptr_t)t->pixels, pti_texture_count(t), pti_texture_size(t));
     }
-    pti_free(&a, s->srgb8, 256, sizeof(float));
-    pti_free(&a, s->srgb16, 65536, sizeof(float));
+    for (i = 0; i < 3; i++) pti_free(&a, s->decode[i], i < 2 ? 256 : 65536, sizeof(float));
     pti_bvh_free(&s->geometry.bvh, &a);
     pti_environment_free(&s->environment, &a);
     pti_free(&a, s->geometry.shapes, s->geometry.shape_capacity, sizeof(pti_shape));
@@ -3155,16 +3160,24 @@ static int pti_check_texture(pt_scene *s, const pt_texture_desc *d) {
     base = s->textures + (d->of.id - 1);
     return pti_check_look(s, d, base->channels, base->bits, call);
 }
-/* The scene's table of the sRGB curve for 8 or 16 bits, made when it is first wanted; NULL when out of memory. */
-static const float *pti_srgb_table(pt_scene *s, int bits) {
-    float **table = bits == 8 ? &s->srgb8 : &s->srgb16;
-    int i, n = 1 << bits;
-    if (*table) return *table;
-    *table = (float *)pti_alloc(&s->allocator, (size_t)n, sizeof(float));
-    for (i = 0; *table && i < n; i++) (*table)[i] = pti_srgb_decode((float)i / (float)(n - 1));
-    return *table;
+/* The scene's table of what integers of 8 or 16 bits mean, made when it is first wanted. 0 when out of memory. */
+static int pti_decode_table(pt_scene *s, int bits, int srgb, const float **out) {
+    int i, n = 1 << bits, k = bits == 16 ? 2 : srgb;
+    float *table = s->decode[k];
+    if (bits == 32 || (bits == 16 && !srgb)) return 1;
+    if (!table) {
+        table = s->decode[k] = (float *)pti_alloc(&s->allocator, (size_t)n, sizeof(float));
+        if (!table) return 0;
+        for (i = 0; i < n; i++) {
+            float x = (float)i / (float)(n - 1);
+            table[i] = srgb ? pti_srgb_decode(x) : x;
+        }
+    }
+    *out = table;
+    return 1;
 }
 static int pti_texture_take_pixels(pt_scene *s, pti_texture *t, const pt_texture_desc *d) {     /* 0 when out of memory */
+    int is_alpha;
     if (d->of.id) {
         const pti_texture *base = s->textures + (d->of.id - 1);
         t->width = base->width; t->height = base->height; t->channels = base->channels; t->bits = base->bits;
@@ -3179,8 +3192,9 @@ static int pti_texture_take_pixels(pt_scene *s, pti_texture *t, const pt_texture
         t->owned = 1;
     }
     t->grey = t->grey || t->channels < 3;
-    if (!d->srgb || (t->channels % 2 == 0 && t->first == t->channels - 1)) return 1;      /* linear: so is alpha */
-    return (t->decode = pti_srgb_table(s, t->bits)) != NULL;
+    is_alpha = t->channels % 2 == 0 && t->first == t->channels - 1;            /* which is linear */
+    return pti_decode_table(s, t->bits, 0, &t->decode_alpha)
+        && pti_decode_table(s, t->bits, d->srgb && !is_alpha, &t->decode);
 }
 PTI_NOINLINE pt_texture pti_add_texture_ieee(pt_scene *s, const pt_texture_desc *d) {
     pt_texture id = { 0 };

@@ -258,7 +258,7 @@ static void all_16_bit_values(void) {                    /* in 65536 texels, ask
         pt_vertex x = at_uv((i % 256 + 0.5) / 256, 1 - (i / 256 + 0.5) / 256);
         float got = pti_texture_grey(s->textures, &x);
         test_case("value %d", i);
-        if (got != pti_srgb_decode((float)i / 65535) || fabs((double)got - decoded(i / 65535.0)) > 2e-7) { CHECK_NEAR(got, decoded(i / 65535.0), 2e-7); break; }
+        if (got != pti_srgb_decode((float)i / 65535) || fabs((double)got - decoded(i / 65535.0)) > 3e-7) { CHECK_NEAR(got, decoded(i / 65535.0), 3e-7); break; }
     }
     CHECK_EQ_INT(i, 65536);
     pt_scene_destroy(s);
@@ -593,7 +593,7 @@ static void noise_is_continuous(void) {
 }
 static void patterns_have_fixed_bits(void) {             /* the same on every machine: a checksum of bits */
     int k, i, j;
-    static const uint32_t sums[2] = { 0x89b65692u, 0x79e3a553u };
+    static const uint32_t sums[2] = { 0x1d33ea3bu, 0xde2e6ebbu };
     for (k = 0; k < 2; k++) {
         pt_scene *s = scene_with(solid(noises[k]));
         uint32_t sum = 0, bits;
