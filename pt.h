@@ -152,7 +152,8 @@ PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d);
 
 /* A texture: pixels, the pixels of an earlier one, a pattern, or a callback: one of the four. Where on it a point lies:
    (s, t) = uv_offset + R uv_scale (u, 1 - v), R = [cos sin; -sin cos] of uv_rotate_deg: the order, the signs and the axes
-   (from the top left corner, t down) of glTF's KHR_texture_transform. v = 0 is the bottom. */
+   (from the top left corner, t down) of glTF's KHR_texture_transform. v = 0 is the bottom. (An environment has its own
+   way to look at pixels: it minds srgb and channel alone.) */
 typedef enum pt_wrap { PT_WRAP_REPEAT, PT_WRAP_CLAMP, PT_WRAP_MIRROR } pt_wrap;
 typedef enum pt_pattern { PT_PATTERN_NONE, PT_PATTERN_CHECKER, PT_PATTERN_NOISE, PT_PATTERN_FBM } pt_pattern;
 typedef struct pt_texture_desc {
@@ -2431,13 +2432,23 @@ static void pti_texture_texel(const pti_texture *t, float *du, float *dv) {
     *du = 1 / sqrtf(pti_max(t->m[0] * t->m[0] * w * w + t->m[3] * t->m[3] * h * h, 1e-30f));
     *dv = 1 / sqrtf(pti_max(t->m[1] * t->m[1] * w * w + t->m[4] * t->m[4] * h * h, 1e-30f));
 }
-/* The mean colour over a triangle of (u, v): n^2 small triangles of equal area, one or two a texel but not above 64^2 (of a
-   callback 16^2), each asked in its middle; where a picture is too fine for that, at random, lest a regular one fool a
-   regular grid. */
+/* A triangle cut into n^2 equal ones: row i, counted from a corner, has i + 1 that stand and i that hang between them. A
+   point of the k-th, in edges of the whole: its middle, or any, by a hash. */
+static void pti_point_in_part(int i, int k, int n, int any, float *x, float *y) {
+    uint32_t h = 2 * (uint32_t)(i * i + k);
+    int hangs = k % 2;
+    *x = any ? pti_u01(pti_hash(h + 1)) : 1 / 3.0f;
+    *y = any ? pti_u01(pti_hash(h + 2)) : 1 / 3.0f;
+    if (*x + *y > 1) { *x = 1 - *x; *y = 1 - *y; }
+    if (hangs) { *x = 1 - *x; *y = 1 - *y; }
+    *x = ((float)(k / 2) + *x) / (float)n;
+    *y = ((float)(i - k / 2 - hangs) + *y) / (float)n;
+}
+/* The mean colour over a triangle of (u, v), from n^2 points, one or two a texel but not above 64^2 (of a callback 16^2).
+   Where a picture is too fine for that, they lie at random, lest a regular picture fool a regular grid. */
 static pt_vec3 pti_texture_mean_on_triangle(const pti_texture *t, const float a[2], const float b[2], const float c[2]) {
-    float e[4], du, dv, longest = 0;
+    float e[4], du, dv, x, y, longest;
     pt_vec3 sum = pt_v3(0, 0, 0);
-    uint32_t h = 0;
     int i, k, n, rough, most = t->eval ? 16 : 64;
     if (t->solid) return pti_scale(pti_add(t->color_a, t->color_b), 0.5f);
     e[0] = b[0] - a[0]; e[1] = b[1] - a[1]; e[2] = c[0] - a[0]; e[3] = c[1] - a[1];
@@ -2446,19 +2457,10 @@ static pt_vec3 pti_texture_mean_on_triangle(const pti_texture *t, const float a[
                       pti_max(fabsf(e[1]), pti_max(fabsf(e[3]), fabsf(e[3] - e[1]))) / dv);
     rough = !(longest < (float)(most - 3));
     n = rough ? most : 3 + (int)longest;
-    for (i = 0; i < n; i++) {                            /* row i has i + 1 triangles that stand, and i that hang */
+    for (i = 0; i < n; i++) {
         pt_vec3 row = pt_v3(0, 0, 0);
         for (k = 0; k < 2 * i + 1; k++) {
-            int hangs = k % 2;
-            float x = 1 / 3.0f, y = 1 / 3.0f;            /* in the small triangle, a corner and two edges */
-            if (rough) {
-                h++;
-                x = pti_u01(pti_hash(2 * h)); y = pti_u01(pti_hash(2 * h + 1));
-                if (x + y > 1) { x = 1 - x; y = 1 - y; }
-            }
-            if (hangs) { x = 1 - x; y = 1 - y; }
-            x = ((float)(k / 2) + x) / (float)n;
-            y = ((float)(i - k / 2 - hangs) + y) / (float)n;
+            pti_point_in_part(i, k, n, rough, &x, &y);
             row = pti_add(row, pti_texture_eval_at(t, a[0] + x * e[0] + y * e[2], a[1] + x * e[1] + y * e[3]));
         }
         sum = pti_add(sum, row);
@@ -3118,7 +3120,8 @@ static int pti_check_picture(pt_scene *s, const pt_texture_desc *d, const char *
         && pti_check(s, d->width > 0 && d->width <= 65536, call, "width must be 1 to 65536", (float)d->width)
         && pti_check(s, d->height > 0 && d->height <= 65536, call, "height must be 1 to 65536", (float)d->height)
         && pti_check(s, d->channels >= 1 && d->channels <= 4, call, "channels must be 1 to 4", (float)d->channels)
-        && pti_require(s, (uint64_t)d->width * (uint64_t)d->height <= SIZE_MAX / 16, call, "more pixels than memory can hold")
+        && pti_require(s, (uint64_t)d->width * (uint64_t)d->height <= SIZE_MAX / 16, call,
+                       "more pixels than memory can hold")
         && pti_check_pixels(s, d);
 }
 static int pti_check_view(pt_scene *s, const pt_texture_desc *d, const char *call) {
@@ -3136,14 +3139,16 @@ static int pti_check_pattern(pt_scene *s, const pt_texture_desc *d, const char *
 }
 /* What all kinds have; channels and bits as they come out. */
 static int pti_check_look(pt_scene *s, const pt_texture_desc *d, int channels, int bits, const char *call) {
-    return pti_check(s, d->channel >= 0 && d->channel <= channels, call, "channel: there is no such channel", (float)d->channel)
+    const float *scale = d->uv_scale, *offset = d->uv_offset;
+    pt_wrap u = d->wrap_u, v = d->wrap_v;
+    return pti_check(s, d->channel >= 0 && d->channel <= channels, call, "channel: there is no such one", (float)d->channel)
         && pti_check(s, !d->srgb || bits != 32, call, "srgb is for 8 and 16 bits", (float)d->srgb)
-        && pti_check(s, d->wrap_u >= PT_WRAP_REPEAT && d->wrap_u <= PT_WRAP_MIRROR, call, "wrap_u is no pt_wrap", (float)d->wrap_u)
-        && pti_check(s, d->wrap_v >= PT_WRAP_REPEAT && d->wrap_v <= PT_WRAP_MIRROR, call, "wrap_v is no pt_wrap", (float)d->wrap_v)
-        && pti_check(s, pti_in_range(d->uv_scale[0]), call, "uv_scale[0] must be finite and below 1e12", d->uv_scale[0])
-        && pti_check(s, pti_in_range(d->uv_scale[1]), call, "uv_scale[1] must be finite and below 1e12", d->uv_scale[1])
-        && pti_check(s, pti_in_range(d->uv_offset[0]), call, "uv_offset[0] must be finite and below 1e12", d->uv_offset[0])
-        && pti_check(s, pti_in_range(d->uv_offset[1]), call, "uv_offset[1] must be finite and below 1e12", d->uv_offset[1])
+        && pti_check(s, u >= PT_WRAP_REPEAT && u <= PT_WRAP_MIRROR, call, "wrap_u is no pt_wrap", (float)u)
+        && pti_check(s, v >= PT_WRAP_REPEAT && v <= PT_WRAP_MIRROR, call, "wrap_v is no pt_wrap", (float)v)
+        && pti_check(s, pti_in_range(scale[0]), call, "uv_scale[0] must be finite and below 1e12", scale[0])
+        && pti_check(s, pti_in_range(scale[1]), call, "uv_scale[1] must be finite and below 1e12", scale[1])
+        && pti_check(s, pti_in_range(offset[0]), call, "uv_offset[0] must be finite and below 1e12", offset[0])
+        && pti_check(s, pti_in_range(offset[1]), call, "uv_offset[1] must be finite and below 1e12", offset[1])
         && pti_check(s, fabsf(d->uv_rotate_deg) <= 36000, call, "uv_rotate_deg must be within 36000", d->uv_rotate_deg);
 }
 static int pti_check_texture(pt_scene *s, const pt_texture_desc *d) {
@@ -3160,7 +3165,8 @@ static int pti_check_texture(pt_scene *s, const pt_texture_desc *d) {
     base = s->textures + (d->of.id - 1);
     return pti_check_look(s, d, base->channels, base->bits, call);
 }
-/* The scene's table of what integers of 8 or 16 bits mean, made when it is first wanted. 0 when out of memory. */
+/* The scene's table of what integers of 8 or 16 bits mean, made when it is first wanted. (The one for 16 bits is a quarter
+   of a megabyte, and spares 12 powers a look, each of which would take as long as the rest of it.) 0 when out of memory. */
 static int pti_decode_table(pt_scene *s, int bits, int srgb, const float **out) {
     int i, n = 1 << bits, k = bits == 16 ? 2 : srgb;
     float *table = s->decode[k];
@@ -3196,15 +3202,7 @@ static int pti_texture_take_pixels(pt_scene *s, pti_texture *t, const pt_texture
     return pti_decode_table(s, t->bits, 0, &t->decode_alpha)
         && pti_decode_table(s, t->bits, d->srgb && !is_alpha, &t->decode);
 }
-PTI_NOINLINE pt_texture pti_add_texture_ieee(pt_scene *s, const pt_texture_desc *d) {
-    pt_texture id = { 0 };
-    pti_texture *t;
-    void *array;
-    if (!pti_scene_open(s, "pt_add_texture", d) || !pti_check_texture(s, d)) return id;
-    array = s->textures;
-    t = (pti_texture *)pti_scene_slot(s, &array, &s->texture_count, &s->texture_capacity, sizeof *t);
-    s->textures = (pti_texture *)array;
-    if (!t) return id;
+static void pti_texture_init(pti_texture *t, const pt_texture_desc *d) {       /* all but the pixels */
     t->eval = d->eval; t->user = d->user;
     t->first = d->channel ? d->channel - 1 : 0;
     t->grey = d->channel != 0;
@@ -3215,6 +3213,17 @@ PTI_NOINLINE pt_texture pti_add_texture_ieee(pt_scene *s, const pt_texture_desc 
     t->octaves = d->octaves ? d->octaves : 5;
     t->color_a = d->color_a; t->color_b = d->color_b;
     if (pti_is_zero3(d->color_a) && pti_is_zero3(d->color_b)) t->color_b = pt_v3(1, 1, 1);
+}
+PTI_NOINLINE pt_texture pti_add_texture_ieee(pt_scene *s, const pt_texture_desc *d) {
+    pt_texture id = { 0 };
+    pti_texture *t;
+    void *array;
+    if (!pti_scene_open(s, "pt_add_texture", d) || !pti_check_texture(s, d)) return id;
+    array = s->textures;
+    t = (pti_texture *)pti_scene_slot(s, &array, &s->texture_count, &s->texture_capacity, sizeof *t);
+    s->textures = (pti_texture *)array;
+    if (!t) return id;
+    pti_texture_init(t, d);
     if ((d->pixels || d->of.id) && !pti_texture_take_pixels(s, t, d)) {
         pti_fail(&s->error, PT_ERR_MEMORY, "pt_add_texture: out of memory for %d x %d pixels", t->width, t->height);
         return id;

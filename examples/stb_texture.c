@@ -10,8 +10,8 @@
 static pt_texture picture(pt_scene *s, const char *path, int *width, int *height) {
     unsigned char *pixels = stbi_load(path, width, height, NULL, 4);               /* any file as RGBA, top row first */
     pt_texture t = { 0 };
-    if (pixels) t = pt_add_texture(s, &(pt_texture_desc){ .pixels = pixels, .width = *width, .height = *height, .channels = 4,
-        .srgb = 1 });
+    if (pixels) t = pt_add_texture(s, &(pt_texture_desc){ .pixels = pixels, .width = *width, .height = *height,
+        .channels = 4, .srgb = 1 });
     stbi_image_free(pixels);                               /* the scene has a copy */
     return t;
 }
