@@ -494,6 +494,11 @@ static void noise_stays_in_range(void) {
             lo = pti_min(lo, n); hi = pti_max(hi, n);
         }
         CHECK(lo < 0.1f && hi > 0.9f);
+        for (i = 0; i < 3; i++) {                        /* a place that is none has a value all the same */
+            double odd = i == 0 ? HUGE_VAL : i == 1 ? -HUGE_VAL : HUGE_VAL - HUGE_VAL;
+            CHECK_NEAR(at_p(s, odd, 0.3, odd), 0.5, 0.5);
+            CHECK_NEAR(at_p(s, 0.7, odd, 0.2), 0.5, 0.5);
+        }
         pt_scene_destroy(s);
     }
     {   /* a colour is a mix of the two ends, never outside */
