@@ -2338,7 +2338,7 @@ static float pti_noise(const double p[3], uint32_t seed) {
     float f[3], wx, wy, wz, sum = 0;
     uint32_t x = pti_lattice(p[0], f), y = pti_lattice(p[1], f + 1), z = pti_lattice(p[2], f + 2), i, j, k;
     wx = pti_fade(f[0]); wy = pti_fade(f[1]); wz = pti_fade(f[2]);
-    for (k = 0; k < 2; k++) {
+    for (k = 0; k < (f[2] > 0 ? 2u : 1u); k++) {         /* in the plane, the upper four count nothing */
         uint32_t hz = pti_hash(seed ^ (z + k));
         for (j = 0; j < 2; j++) {
             uint32_t hy = pti_hash(hz ^ (y + j));
@@ -2351,20 +2351,20 @@ static float pti_noise(const double p[3], uint32_t seed) {
     return sum;
 }
 /* Fractional Brownian motion: sum 2^-i noise_i(2^i p), each octave with slopes of its own, and moved by a step off the
-   others' lattice, where it would be 0 together with them. */
-static float pti_fbm(const double p[3], int octaves) {
+   others' lattice, where it would be 0 together with them; flat: within the plane. */
+static float pti_fbm(const double p[3], int octaves, int flat) {
     float sum = 0, gain = 1;
-    double q[3], lacunarity = 1;
+    double q[3], lacunarity = 1, step = flat ? 0 : 0.19;
     int i;
     for (i = 0; i < octaves; i++, gain *= 0.5f, lacunarity *= 2) {
-        q[0] = p[0] * lacunarity + 0.37 * i; q[1] = p[1] * lacunarity + 0.73 * i; q[2] = p[2] * lacunarity + 0.19 * i;
+        q[0] = p[0] * lacunarity + 0.37 * i; q[1] = p[1] * lacunarity + 0.73 * i; q[2] = p[2] * lacunarity + step * i;
         sum += gain * pti_noise(q, pti_hash((uint32_t)i));
     }
     return sum;
 }
 static float pti_pattern_value(const pti_texture *t, const double p[3]) {
     if (t->pattern == PT_PATTERN_CHECKER) return pti_checker(p);
-    return pti_clamp(0.5f + 0.5f * pti_fbm(p, t->pattern == PT_PATTERN_NOISE ? 1 : t->octaves), 0, 1);
+    return pti_clamp(0.5f + 0.5f * pti_fbm(p, t->pattern == PT_PATTERN_NOISE ? 1 : t->octaves, !t->solid), 0, 1);
 }
 static pt_vec3 pti_texture_pattern(const pti_texture *t, const pt_vertex *x) {
     double p[3];
