@@ -2326,7 +2326,8 @@ static float pti_checker(const double p[3]) {
     return (float)(sum & 1);
 }
 /* Gradient noise (Perlin 2002, with a hash for its table): each lattice point has one of twelve slopes, and they are
-   blended by 6 f^5 - 15 f^4 + 10 f^3, whose first two derivatives vanish at both ends. In [-1.04, 1.04], 0 on the lattice. */
+   blended by 6 f^5 - 15 f^4 + 10 f^3, whose first two derivatives vanish at both ends. 0 on the lattice, and hardly ever
+   beyond -1 and 1. */
 static float pti_slope(uint32_t hash, float x, float y, float z) {     /* of sixteen, four come twice: no division by 12 */
     static const float slopes[16][3] = { {1,1,0}, {-1,1,0}, {1,-1,0}, {-1,-1,0}, {1,0,1}, {-1,0,1}, {1,0,-1}, {-1,0,-1},
         {0,1,1}, {0,-1,1}, {0,1,-1}, {0,-1,-1}, {1,1,0}, {-1,1,0}, {0,-1,1}, {0,-1,-1} };

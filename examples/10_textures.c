@@ -4,6 +4,7 @@
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <stdio.h>
+#include <stdlib.h>
 
 static pt_material matte(pt_scene *s, pt_texture t) {
     return pt_add_material(s, &(pt_material_desc){ .color_texture = t });
@@ -20,7 +21,7 @@ static pt_texture painting(pt_scene *s, const char *path) {
     if (!path)
         return pt_add_texture(s, &(pt_texture_desc){ .pixels = squares, .width = 6, .height = 4, .channels = 3, .srgb = 1,
             .nearest = 1 });
-    if (pt_read_image(&image, path) != PT_OK) fprintf(stderr, "%s\n", image.error);
+    if (pt_read_image(&image, path) != PT_OK) { fprintf(stderr, "%s\n", image.error); exit(1); }
     t = pt_add_texture(s, &(pt_texture_desc){ .pixels = image.pixels, .width = image.width, .height = image.height,
         .channels = image.channels, .bits = 32, .wrap_u = PT_WRAP_CLAMP, .wrap_v = PT_WRAP_CLAMP });
     pt_image_free(&image);                                 /* the scene has a copy */
