@@ -4,8 +4,9 @@ CFLAGS  ?= -O2
 LDLIBS   = -lm -lpthread
 DEMO     = 01_hello 02_glass_and_mirrors 03_instances 05_user_shape 06_sky
 PICTURES = 01_hello 02_glass_and_mirrors 03_instances 04_user_bsdf 05_user_shape 06_sky 07_progressive 08_own_threads \
-           09_depth_of_field
+           09_depth_of_field 10_textures
 TOOLS    = render_obj make_assets
+STB      = $(if $(wildcard /usr/include/stb/stb_image.h),out/stb_texture)
 TESTS    = $(patsubst tests/%.c,out/tests/%.o,$(wildcard tests/test_*.c))
 FUZZERS  = $(patsubst tests/fuzz/%.c,out/fuzz/%,$(wildcard tests/fuzz/*.c))
 FUZZ_SECONDS ?= 60
@@ -40,7 +41,7 @@ out/tests/run: $(TESTS)
 	$(CC) $(CFLAGS) $(TESTS) -o $@ $(LDLIBS)
 
 test:
-	@$(MAKE) --no-print-directory -j2 out/tests/run out/render_obj
+	@$(MAKE) --no-print-directory -j2 out/tests/run out/render_obj $(STB)
 	@sh tests/run.sh out/tests/run 'sh tests/test_examples.sh out'
 
 bench: out/knot.obj

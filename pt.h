@@ -44,7 +44,7 @@
      >>shape      triangles, spheres, instances, users' shapes: bounds and intersection
      >>bvh        the binned SAH build, straight into an eight-wide tree
      >>kernel     ray against boxes and triangles for each instruction set; the traversal
-     >>texture    pictures and callbacks
+     >>texture    pictures, patterns and callbacks
      >>microfacet Fresnel, GGX, fuzz, and how much light rough surfaces send on
      >>bsdf       lobes: diffuse, metal, glass, panes, coats, users' BSDFs
      >>material   from numbers and textures to lobes
@@ -155,13 +155,28 @@ typedef struct pt_density_desc {
 } pt_density_desc;
 PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d);
 
-/* A texture: pixels with the top row first, or a callback. Bilinear, repeated in u and v; v = 0 is the bottom. */
+/* A texture: pixels, the pixels of an earlier one, a pattern, or a callback: one of the four. Where on it a point lies:
+   (s, t) = uv_offset + R uv_scale (u, 1 - v), R = [cos sin; -sin cos] of uv_rotate_deg: the order, the signs and the axes
+   (from the top left corner, t down) of glTF's KHR_texture_transform. v = 0 is the bottom. (An environment has its own
+   way to look at pixels: it minds srgb and channel alone.) */
+typedef enum pt_wrap { PT_WRAP_REPEAT, PT_WRAP_CLAMP, PT_WRAP_MIRROR } pt_wrap;
+typedef enum pt_pattern { PT_PATTERN_NONE, PT_PATTERN_CHECKER, PT_PATTERN_NOISE, PT_PATTERN_FBM } pt_pattern;
 typedef struct pt_texture_desc {
-    int width, height, channels;                          /* channels 1 (grey), 3 (RGB) or 4 (the fourth is ignored) */
-    int srgb;                                             /* bytes only: 1 = sRGB-encoded, 0 = linear */
-    int is_float;                                         /* pixels are floats instead of bytes */
-    const void *pixels;                                   /* copied; floats must be finite */
-    pt_vec3 (*eval)(void *user, const pt_vertex *x);      /* instead of pixels. Called from all render threads */
+    const void *pixels;                                   /* top row first, tight, copied; floats must be finite */
+    int width, height, channels;                          /* up to 65536; 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA */
+    int bits;                                             /* a channel: 8 (0 = 8), 16 (uint16_t), 32 (float) */
+    pt_texture of;                                        /* instead of pixels and the three above: shares another's */
+    int srgb;                                             /* 8 and 16 bits: 1 = sRGB-encoded, but alpha; 0 = linear */
+    int channel;                                          /* 0 = all; 1 to 4 = this one alone, as grey */
+    pt_wrap wrap_u, wrap_v;                               /* beyond the border; of s and t */
+    int nearest;                                          /* 1 = the nearest pixel, 0 = bilinear */
+    float uv_scale[2], uv_rotate_deg, uv_offset[2];       /* uv_scale: 0 = 1; -36000 to 36000 degrees */
+    pt_pattern pattern;                                   /* over (s, t), in cells of side 1 */
+    int solid;                                            /* 1 = over the position in world space instead: */
+    float frequency;                                      /* cells a metre; 0 = 1 */
+    int octaves;                                          /* of PT_PATTERN_FBM, up to 16; 0 = 5 */
+    pt_vec3 color_a, color_b;                             /* where the pattern is 0 and 1; both zero = black and white */
+    pt_vec3 (*eval)(void *user, const pt_vertex *x);      /* the callback. Called from all render threads */
     void *user;
 } pt_texture_desc;
 PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d);
@@ -213,7 +228,7 @@ typedef struct pt_material_desc {
     pt_texture color_texture, roughness_texture, roughness_y_texture, rotation_texture, metallic_texture,
                transmission_texture, specular_texture, coat_texture, coat_roughness_texture, sheen_texture,
                sheen_color_texture, translucency_texture, emission_texture, mix_texture;
-    pt_texture opacity_texture;                           /* multiplies 1 - transparency */
+    pt_texture opacity_texture;                           /* multiplies 1 - transparency: alpha if it has one, or grey */
     pt_texture normal_texture;                            /* linear; (r, g, b) 2 - 1 is the normal in tangent space, +y up */
     pt_texture bump_texture;                              /* height */
     void     (*shade)(void *user, const pt_vertex *x, struct pt_material_desc *m);   /* after the textures: may change every
@@ -2229,56 +2244,286 @@ static pt_vec3 pti_spawn(const pt_vertex *x, pt_vec3 wi) {
 }
 
 /* ---- >>texture -----------------------------------------------------------------------------------------
-   Colours that vary over a surface: pixels, filtered bilinearly and repeated, or the user's function. */
+   Colours and numbers that vary over a surface: pixels, patterns that are computed, or the user's function. Pixels are
+   filtered bilinearly: with f the distance from the left and upper of the four texels whose middles lie around a point,
+   c = (c00 (1 - fx) + c10 fx) (1 - fy) + (c01 (1 - fx) + c11 fx) fy. (A path tracer takes many samples a pixel, which
+   does what smaller copies of a picture do elsewhere.) */
 
 typedef struct pti_texture {
-    int width, height, channels, is_float;
-    void *pixels;
-    float decode[256];                                   /* of a byte: the sRGB curve, or a straight line */
+    const void *pixels;                                  /* NULL: a pattern or a callback */
+    int owned, width, height, channels, bits;
+    int first, grey;                                     /* channel to begin with; is there only that one? */
+    const float *decode, *decode_alpha;                  /* what 8 or 16 bits mean; NULL (not for 8) = over the largest */
+    pt_wrap wrap_u, wrap_v;
+    int nearest;
+    float m[6];                                          /* s = m0 u + m1 (1 - v) + m2, t = m3 u + m4 (1 - v) + m5 */
+    pt_pattern pattern;
+    int solid, octaves;
+    float frequency;
+    pt_vec3 color_a, color_b;
     pt_vec3 (*eval)(void *user, const pt_vertex *x);
     void *user;
 } pti_texture;
 
-static size_t pti_texture_size(const pti_texture *t) { return t->is_float ? sizeof(float) : 1; }
+static size_t pti_texture_size(const pti_texture *t) { return (size_t)t->bits / 8; }
 static size_t pti_texture_count(const pti_texture *t) {
     return (size_t)t->width * (size_t)t->height * (size_t)t->channels;
 }
 static float pti_srgb_decode(float s) { return s <= 0.04045f ? s / 12.92f : pti_pow((s + 0.055f) / 1.055f, 2.4f); }
 
-static float pti_texel_channel(const pti_texture *t, size_t i) {
-    return t->is_float ? ((const float *)t->pixels)[i] : t->decode[((const unsigned char *)t->pixels)[i]];
+/* (s, t) from (u, v): once for all, R S and the offset as a matrix. */
+static void pti_texture_place(pti_texture *t, const float scale[2], float rotate_deg, const float offset[2]) {
+    float su = scale[0] < 0 || scale[0] > 0 ? scale[0] : 1.0f, sv = scale[1] < 0 || scale[1] > 0 ? scale[1] : 1.0f, s, c;
+    pti_sincos(rotate_deg * (PTI_PI / 180), &s, &c);
+    t->m[0] = c * su;  t->m[1] = s * sv; t->m[2] = offset[0];
+    t->m[3] = -s * su; t->m[4] = c * sv; t->m[5] = offset[1];
 }
-static pt_vec3 pti_texel(const pti_texture *t, int x, int y) {
-    size_t i = ((size_t)y * (size_t)t->width + (size_t)x) * (size_t)t->channels;
-    float r = pti_texel_channel(t, i);
-    return t->channels == 1 ? pt_v3(r, r, r) : pt_v3(r, pti_texel_channel(t, i + 1), pti_texel_channel(t, i + 2));
-}
-/* The two texels next to a coordinate, x in [-0.5, n - 0.5] counted in texels from the first one's middle, and how far it
-   is from the one to the other. */
-static float pti_texel_pair(float x, int n, int wrap, int *first, int *second) {
-    float whole = floorf(x);
-    int i = (int)whole;
-    *first = i >= 0 ? i : wrap ? n - 1 : 0;
-    *second = i + 1 < n ? i + 1 : wrap ? 0 : n - 1;
-    return x - whole;
-}
-/* u to the right, v down from the top; both wrap round, or v stops at the poles of a map of the sky. */
-static pt_vec3 pti_texture_bilinear(const pti_texture *t, float u, float v, int clamp_v) {
-    float fx, fy;
-    int x0, x1, y0, y1;
-    u -= floorf(u);
-    v = clamp_v ? pti_clamp(v, 0, 1) : v - floorf(v);
-    fx = pti_texel_pair(u * (float)t->width - 0.5f, t->width, 1, &x0, &x1);
-    fy = pti_texel_pair(v * (float)t->height - 0.5f, t->height, !clamp_v, &y0, &y1);
-    return pti_add(pti_scale(pti_madd(pti_texel(t, x0, y0), 1 - fx, pti_scale(pti_texel(t, x1, y0), fx)), 1 - fy),
-                   pti_scale(pti_madd(pti_texel(t, x0, y1), 1 - fx, pti_scale(pti_texel(t, x1, y1), fx)), fy));
-}
-static pt_vec3 pti_texture_eval(const pti_texture *t, const pt_vertex *x) {
-    return t->eval ? t->eval(t->user, x) : pti_texture_bilinear(t, x->u, 1 - x->v, 0);
+static void pti_texture_st(const pti_texture *t, float u, float v, float *s, float *w) {
+    v = 1 - v;
+    *s = t->m[0] * u + t->m[1] * v + t->m[2];
+    *w = t->m[3] * u + t->m[4] * v + t->m[5];
 }
 
-static float pti_texture_grey(const pti_texture *t, const pt_vertex *x) { return pti_texture_eval(t, x).x; }
-static void pti_texture_texel(const pti_texture *t, float *du, float *dv) { *du = t->width ? 1 / (float)t->width : 1e-3f; *dv = t->height ? 1 / (float)t->height : 1e-3f; }
+/* ---- pixels */
+
+PTI_INLINE float pti_texel_channel(const pti_texture *t, size_t i, const float *decode) {
+    if (t->bits == 32) return ((const float *)t->pixels)[i];
+    if (t->bits == 8) return decode[((const unsigned char *)t->pixels)[i]];
+    return decode ? decode[((const uint16_t *)t->pixels)[i]] : (float)((const uint16_t *)t->pixels)[i] / 65535;
+}
+PTI_INLINE pt_vec3 pti_texel_at(const pti_texture *t, size_t i) {  /* i: where the pixel's channels begin */
+    const unsigned char *b = (const unsigned char *)t->pixels;
+    const float *f = (const float *)t->pixels;
+    i += (size_t)t->first;
+    if (t->grey) { float c = pti_texel_channel(t, i, t->decode); return pt_v3(c, c, c); }
+    if (t->bits == 8) return pt_v3(t->decode[b[i]], t->decode[b[i + 1]], t->decode[b[i + 2]]);
+    if (t->bits == 32) return pt_v3(f[i], f[i + 1], f[i + 2]);
+    return pt_v3(pti_texel_channel(t, i, t->decode), pti_texel_channel(t, i + 1, t->decode),
+                 pti_texel_channel(t, i + 2, t->decode));
+}
+static size_t pti_texel_index(const pti_texture *t, int x, int y) {
+    return ((size_t)y * (size_t)t->width + (size_t)x) * (size_t)t->channels;
+}
+static pt_vec3 pti_texel(const pti_texture *t, int x, int y) { return pti_texel_at(t, pti_texel_index(t, x, y)); }
+
+/* A coordinate folded into [0,1]. What is no number (infinity times 0 somewhere) becomes 0. */
+PTI_INLINE float pti_wrap(float x, pt_wrap wrap) {
+    if (wrap == PT_WRAP_CLAMP) return x > 0 ? pti_min(x, 1) : 0.0f;
+    if (wrap == PT_WRAP_REPEAT) x -= floorf(x);
+    else {                                               /* there and back: period 2 */
+        x -= 2 * floorf(x * 0.5f);
+        x = x > 1 ? 2 - x : x;
+    }
+    return x >= 0 ? x : 0.0f;
+}
+/* The two of n texels next to a coordinate in [0,1], and how far it is from the middle of the one to the other's. A
+   mirrored border is its own neighbour, like a clamped one. */
+PTI_INLINE float pti_texel_pair(float x, int n, pt_wrap wrap, int *first, int *second) {
+    float whole;
+    int i;
+    x = x * (float)n - 0.5f;
+    whole = floorf(x);
+    i = (int)whole;
+    *first = i >= 0 ? i : wrap == PT_WRAP_REPEAT ? n - 1 : 0;
+    *second = i + 1 < n ? i + 1 : wrap == PT_WRAP_REPEAT ? 0 : n - 1;
+    return x - whole;
+}
+static int pti_texel_nearest(float x, int n) {
+    int i = (int)(x * (float)n);
+    return i < n ? i : n - 1;
+}
+/* The four texels round a point, c00 c10 c01 c11, and the way from the first. */
+typedef struct pti_texels { size_t at[4]; float fx, fy; } pti_texels;
+PTI_INLINE pti_texels pti_texels_at(const pti_texture *t, float s, float w, pt_wrap wrap_u, pt_wrap wrap_v, int nearest) {
+    pti_texels q;
+    int x0, x1, y0, y1;
+    s = pti_wrap(s, wrap_u);
+    w = pti_wrap(w, wrap_v);
+    if (nearest) {
+        x0 = x1 = pti_texel_nearest(s, t->width);
+        y0 = y1 = pti_texel_nearest(w, t->height);
+        q.fx = q.fy = 0;
+    } else {
+        q.fx = pti_texel_pair(s, t->width, wrap_u, &x0, &x1);
+        q.fy = pti_texel_pair(w, t->height, wrap_v, &y0, &y1);
+    }
+    q.at[0] = pti_texel_index(t, x0, y0); q.at[1] = pti_texel_index(t, x1, y0);
+    q.at[2] = pti_texel_index(t, x0, y1); q.at[3] = pti_texel_index(t, x1, y1);
+    return q;
+}
+PTI_INLINE pt_vec3 pti_texels_color(const pti_texture *t, const pti_texels *q) {
+    pt_vec3 c00 = pti_texel_at(t, q->at[0]), c10 = pti_texel_at(t, q->at[1]);
+    pt_vec3 c01 = pti_texel_at(t, q->at[2]), c11 = pti_texel_at(t, q->at[3]);
+    return pti_add(pti_scale(pti_madd(c00, 1 - q->fx, pti_scale(c10, q->fx)), 1 - q->fy),
+                   pti_scale(pti_madd(c01, 1 - q->fx, pti_scale(c11, q->fx)), q->fy));
+}
+static float pti_texels_channel(const pti_texture *t, const pti_texels *q, int channel, const float *decode) {
+    float c[4];
+    int k;
+    for (k = 0; k < 4; k++) c[k] = pti_texel_channel(t, q->at[k] + (size_t)channel, decode);
+    return (c[0] * (1 - q->fx) + c[1] * q->fx) * (1 - q->fy) + (c[2] * (1 - q->fx) + c[3] * q->fx) * q->fy;
+}
+/* As a map of the sky, whatever its desc says of borders and places: u to the right, v down from the top; u wraps round,
+   and v too, or it stops at the poles. */
+static pt_vec3 pti_texture_bilinear(const pti_texture *t, float u, float v, int clamp_v) {
+    pti_texels q = pti_texels_at(t, u, v, PT_WRAP_REPEAT, clamp_v ? PT_WRAP_CLAMP : PT_WRAP_REPEAT, 0);
+    return pti_texels_color(t, &q);
+}
+
+/* ---- patterns: functions of the place, hashed from integers, with values in [0,1] */
+
+/* A lattice cell and the place in it. Cells are counted modulo 2^32, whose seam nobody sees: where a float is that large,
+   neighbouring floats are many cells apart. */
+static uint32_t pti_lattice(double x, float *f) {
+    double whole = floor(x);
+    if (!(x > -1e18 && x < 1e18)) { *f = 0; return 0; }
+    *f = (float)(x - whole);
+    return (uint32_t)(int64_t)whole;
+}
+/* The borders lie a little before the whole numbers, so that a wall at a whole coordinate is of one colour. */
+static float pti_checker(const double p[3]) {
+    float f;
+    const double shift = 1.0 / 1024;
+    uint32_t sum = pti_lattice(p[0] + shift, &f) + pti_lattice(p[1] + shift, &f) + pti_lattice(p[2] + shift, &f);
+    return (float)(sum & 1);
+}
+/* Gradient noise (Perlin 2002, with a hash for its table): each lattice point has one of twelve slopes, and they are
+   blended by 6 f^5 - 15 f^4 + 10 f^3, whose first two derivatives vanish at both ends. 0 on the lattice, and hardly ever
+   beyond -1 and 1. */
+static float pti_slope(uint32_t hash, float x, float y, float z) {     /* of sixteen, four come twice: no division by 12 */
+    static const float slopes[16][3] = { {1,1,0}, {-1,1,0}, {1,-1,0}, {-1,-1,0}, {1,0,1}, {-1,0,1}, {1,0,-1}, {-1,0,-1},
+        {0,1,1}, {0,-1,1}, {0,1,-1}, {0,-1,-1}, {1,1,0}, {-1,1,0}, {0,-1,1}, {0,-1,-1} };
+    const float *g = slopes[hash >> 28];
+    return g[0] * x + g[1] * y + g[2] * z;
+}
+static float pti_fade(float f) { return f * f * f * (f * (f * 6 - 15) + 10); }
+static float pti_noise(const double p[3], uint32_t seed) {
+    float f[3], wx, wy, wz, sum = 0;
+    uint32_t x = pti_lattice(p[0], f), y = pti_lattice(p[1], f + 1), z = pti_lattice(p[2], f + 2), i, j, k;
+    wx = pti_fade(f[0]); wy = pti_fade(f[1]); wz = pti_fade(f[2]);
+    for (k = 0; k < (f[2] > 0 ? 2u : 1u); k++) {         /* in the plane, the upper four count nothing */
+        uint32_t hz = pti_hash(seed ^ (z + k));
+        for (j = 0; j < 2; j++) {
+            uint32_t hy = pti_hash(hz ^ (y + j));
+            float w = (k ? wz : 1 - wz) * (j ? wy : 1 - wy);
+            for (i = 0; i < 2; i++)
+                sum += w * (i ? wx : 1 - wx)
+                     * pti_slope(pti_hash(hy ^ (x + i)), f[0] - (float)i, f[1] - (float)j, f[2] - (float)k);
+        }
+    }
+    return sum;
+}
+/* Fractional Brownian motion: sum 2^-i noise_i(2^i p), each octave with slopes of its own, and moved by a step off the
+   others' lattice, where it would be 0 together with them; flat: within the plane. */
+static float pti_fbm(const double p[3], int octaves, int flat) {
+    float sum = 0, gain = 1;
+    double q[3], lacunarity = 1, step = flat ? 0 : 0.19;
+    int i;
+    for (i = 0; i < octaves; i++, gain *= 0.5f, lacunarity *= 2) {
+        q[0] = p[0] * lacunarity + 0.37 * i; q[1] = p[1] * lacunarity + 0.73 * i; q[2] = p[2] * lacunarity + step * i;
+        sum += gain * pti_noise(q, pti_hash((uint32_t)i));
+    }
+    return sum;
+}
+static float pti_pattern_value(const pti_texture *t, const double p[3]) {
+    if (t->pattern == PT_PATTERN_CHECKER) return pti_checker(p);
+    return pti_clamp(0.5f + 0.5f * pti_fbm(p, t->pattern == PT_PATTERN_NOISE ? 1 : t->octaves, !t->solid), 0, 1);
+}
+static pt_vec3 pti_texture_pattern(const pti_texture *t, const pt_vertex *x) {
+    double p[3];
+    float s, w, k;
+    if (t->solid) {
+        double f = (double)t->frequency;
+        p[0] = (double)x->p.x * f; p[1] = (double)x->p.y * f; p[2] = (double)x->p.z * f;
+    } else {
+        pti_texture_st(t, x->u, x->v, &s, &w);
+        p[0] = (double)s; p[1] = (double)w; p[2] = 0;
+    }
+    k = pti_pattern_value(t, p);
+    return pti_madd(t->color_a, 1 - k, pti_scale(t->color_b, k));
+}
+
+/* ---- what a texture shows: its colour, its grey, its alpha */
+
+static pti_texels pti_texture_texels(const pti_texture *t, float u, float v) {
+    float s, w;
+    pti_texture_st(t, u, v, &s, &w);
+    return pti_texels_at(t, s, w, t->wrap_u, t->wrap_v, t->nearest);
+}
+static pt_vec3 pti_texture_eval(const pti_texture *t, const pt_vertex *x) {
+    pt_vec3 c;
+    if (t->pixels) {
+        pti_texels q = pti_texture_texels(t, x->u, x->v);
+        return pti_texels_color(t, &q);
+    }
+    c = t->eval ? t->eval(t->user, x) : pti_texture_pattern(t, x);
+    if (t->grey) c.x = c.y = c.z = pti_axis(c, t->first);
+    return c;
+}
+static float pti_texture_grey(const pti_texture *t, const pt_vertex *x) {      /* the first channel, or the desc's */
+    pti_texels q;
+    if (!t->pixels) return pti_texture_eval(t, x).x;
+    q = pti_texture_texels(t, x->u, x->v);
+    return pti_texels_channel(t, &q, t->first, t->decode);
+}
+static float pti_texture_alpha(const pti_texture *t, const pt_vertex *x) {     /* 1 if there is none */
+    pti_texels q;
+    if (!t->pixels || t->channels % 2) return 1;
+    q = pti_texture_texels(t, x->u, x->v);
+    return pti_texels_channel(t, &q, t->channels - 1, t->decode_alpha);
+}
+
+/* For heights and means: elsewhere on the texture. Callbacks and solid patterns meet a vertex that has u and v alone. */
+static pt_vec3 pti_texture_eval_at(const pti_texture *t, float u, float v) {
+    pt_vertex x;
+    memset(&x, 0, sizeof x);
+    x.u = u; x.v = v;
+    return pti_texture_eval(t, &x);
+}
+/* The steps in u and in v that cross a texel, and a sixteenth of a pattern's smallest cell. Solid patterns: in metres. */
+static void pti_texture_texel(const pti_texture *t, float *du, float *dv) {
+    float w = 1024, h = 1024;
+    if (t->pixels) { w = (float)t->width; h = (float)t->height; }
+    else if (t->pattern) w = h = 16.0f * (t->pattern == PT_PATTERN_FBM ? (float)(1 << (t->octaves - 1)) : 1.0f);
+    if (t->solid) { *du = *dv = 1 / (w * t->frequency); return; }
+    *du = 1 / sqrtf(pti_max(t->m[0] * t->m[0] * w * w + t->m[3] * t->m[3] * h * h, 1e-30f));
+    *dv = 1 / sqrtf(pti_max(t->m[1] * t->m[1] * w * w + t->m[4] * t->m[4] * h * h, 1e-30f));
+}
+/* A triangle cut into n^2 equal ones: row i, counted from a corner, has i + 1 that stand and i that hang between them. A
+   point of the k-th, in edges of the whole: its middle, or any, by a hash. */
+static void pti_point_in_part(int i, int k, int n, int any, float *x, float *y) {
+    uint32_t h = 2 * (uint32_t)(i * i + k);
+    int hangs = k % 2;
+    *x = any ? pti_u01(pti_hash(h + 1)) : 1 / 3.0f;
+    *y = any ? pti_u01(pti_hash(h + 2)) : 1 / 3.0f;
+    if (*x + *y > 1) { *x = 1 - *x; *y = 1 - *y; }
+    if (hangs) { *x = 1 - *x; *y = 1 - *y; }
+    *x = ((float)(k / 2) + *x) / (float)n;
+    *y = ((float)(i - k / 2 - hangs) + *y) / (float)n;
+}
+/* The mean colour over a triangle of (u, v), from n^2 points, one or two a texel but not above 64^2 (of a callback 16^2).
+   Where a picture is too fine for that, they lie at random, lest a regular picture fool a regular grid. */
+static pt_vec3 pti_texture_mean_on_triangle(const pti_texture *t, const float a[2], const float b[2], const float c[2]) {
+    float e[4], du, dv, x, y, longest;
+    pt_vec3 sum = pt_v3(0, 0, 0);
+    int i, k, n, rough, most = t->eval ? 16 : 64;
+    if (t->solid) return pti_scale(pti_add(t->color_a, t->color_b), 0.5f);
+    e[0] = b[0] - a[0]; e[1] = b[1] - a[1]; e[2] = c[0] - a[0]; e[3] = c[1] - a[1];
+    pti_texture_texel(t, &du, &dv);
+    longest = pti_max(pti_max(fabsf(e[0]), pti_max(fabsf(e[2]), fabsf(e[2] - e[0]))) / du,
+                      pti_max(fabsf(e[1]), pti_max(fabsf(e[3]), fabsf(e[3] - e[1]))) / dv);
+    rough = !(longest < (float)(most - 3));
+    n = rough ? most : 3 + (int)longest;
+    for (i = 0; i < n; i++) {
+        pt_vec3 row = pt_v3(0, 0, 0);
+        for (k = 0; k < 2 * i + 1; k++) {
+            pti_point_in_part(i, k, n, rough, &x, &y);
+            row = pti_add(row, pti_texture_eval_at(t, a[0] + x * e[0] + y * e[2], a[1] + x * e[1] + y * e[3]));
+        }
+        sum = pti_add(sum, row);
+    }
+    return pti_scale(sum, 1 / ((float)n * (float)n));
+}
 
 /* ---- >>microfacet --------------------------------------------------------------------------------------
    Rough surfaces as tiny mirrors (Torrance and Sparrow 1967; tiny panes of glass: Walter et al. 2007). In a frame whose z is
@@ -2344,7 +2589,7 @@ static pt_vec3 pti_sample_ggx(pt_vec3 wo, float ax, float ay, float u, float v) 
     pti_sincos(2 * PTI_PI * u, &s, &c);
     return pti_normalize(pt_v3((w.x + r * c) * ax, (w.y + r * s) * ay, pti_max(w.z + z, 0)));
 }
-static float pti_pdf_ggx(pt_vec3 wo, pt_vec3 m, float ax, float ay) {
+static inline float pti_pdf_ggx(pt_vec3 wo, pt_vec3 m, float ax, float ay) {
     float d = pti_dot(wo, m);
     return d > 0 ? d * pti_ggx_d(m, ax, ay) / (wo.z * (1 + pti_ggx_lambda(wo, ax, ay))) : 0.0f;
 }
@@ -2909,6 +3154,10 @@ static pt_vec3 pti_vary3(const pti_material *m, const pt_vertex *x, pt_vec3 colo
     c = pti_texture_eval(pti_material_texture(m, t), x);
     return pti_is_zero3(color) ? c : pti_mul(color, c);
 }
+static float pti_material_opacity(const pti_material *m, const pt_vertex *x) {          /* of the texture alone */
+    const pti_texture *t = m->desc.opacity_texture.id ? pti_material_texture(m, m->desc.opacity_texture) : NULL;
+    return !t ? 1.0f : t->pixels && t->channels % 2 == 0 && !t->grey ? pti_texture_alpha(t, x) : pti_texture_grey(t, x);
+}
 static void pti_material_vary(const pti_material *m, const pt_vertex *x, pt_material_desc *d) {
     *d = m->desc;
 #define PTI_VARY(name) d->name = pti_vary(m, x, d->name, d->name##_texture);
@@ -2917,7 +3166,7 @@ static void pti_material_vary(const pti_material *m, const pt_vertex *x, pt_mate
     if (d->rotation_texture.id) d->rotation_deg += 360 * pti_texture_grey(pti_material_texture(m, d->rotation_texture), x);
     d->color = pti_vary3(m, x, d->color, d->color_texture);
     d->sheen_color = pti_vary3(m, x, d->sheen_color, d->sheen_color_texture);
-    if (d->opacity_texture.id) d->transparency = 1 - (1 - d->transparency) * pti_texture_grey(pti_material_texture(m, d->opacity_texture), x);
+    d->transparency = 1 - (1 - d->transparency) * pti_material_opacity(m, x);
     if (d->shade) d->shade(d->user, x, d);
     d->transparency = pti_unit(d->transparency);
 #define PTI_VARY(name) d->name = pti_unit(d->name);
@@ -2937,8 +3186,7 @@ static pt_vec3 pti_material_emission(const pti_material *m, const pt_vertex *x) 
         e = pti_madd(pti_material_emission(m->all + m->desc.a.id, x), 1 - mix, pti_scale(pti_material_emission(m->all + m->desc.b.id, x), mix));
     }
     if (m->desc.two_sided || pti_dot(x->ng, x->wo) > 0) e = pti_add(e, pti_vary3(m, x, m->desc.emission, m->desc.emission_texture));
-    if (m->desc.opacity_texture.id) pass = 1 - (1 - pass) * pti_unit(pti_texture_grey(pti_material_texture(m, m->desc.opacity_texture), x));
-    return pti_scale(e, 1 - pass);
+    return pti_scale(e, (1 - pass) * pti_unit(pti_material_opacity(m, x)));
 }
 
 /* Normal maps hold normals in the tangent's frame. Bump maps hold heights: the surface p + h n has the tangents
@@ -2949,6 +3197,7 @@ static pt_vec3 pti_bumped(const pti_material *m, const pt_vertex *x, pt_vec3 n) 
     pt_vertex y = *x;
     pt_vec3 bent;
     pti_texture_texel(t, &du, &dv);
+    if (t->solid) { du /= pti_max(pti_length(x->dpdu), 1e-30f); dv /= pti_max(pti_length(x->dpdv), 1e-30f); }
     y.u = x->u + du; y.p = pti_madd(x->dpdu, du, x->p);
     hu = metres * (pti_texture_grey(t, &y) - h) / du;
     y = *x;
@@ -3554,6 +3803,8 @@ struct pt_scene {
     pti_geometry geometry;
     pti_material *materials;    size_t material_count, material_capacity;
     pti_texture *textures;      size_t texture_count, texture_capacity;
+    float *decode[3];                                    /* what 256 values mean, linear and sRGB, and 65536 sRGB ones; each
+                                                            NULL until a texture uses it */
     pt_density_desc *densities; size_t density_count, density_capacity;
     float density_weight;                                /* sum over densities, at most 0.95 */
     pti_albedo_list *albedos;
@@ -3622,13 +3873,14 @@ PT_DEF void pt_scene_destroy(pt_scene *s) {
     }
     for (i = 0; i < s->texture_count; i++) {
         pti_texture *t = s->textures + i;
-        if (t->pixels) pti_free(&a, t->pixels, pti_texture_count(t), pti_texture_size(t));
+        if (t->owned) pti_free(&a, (void *)(uintptr_t)t->pixels, pti_texture_count(t), pti_texture_size(t));
     }
     while (s->albedos) {
         pti_albedo_list *next = s->albedos->next;
         pti_free(&a, s->albedos, 1, sizeof *next);
         s->albedos = next;
     }
+    for (i = 0; i < 3; i++) pti_free(&a, s->decode[i], i < 2 ? 256 : 65536, sizeof(float));
     pti_bvh_free(&s->geometry.bvh, &a);
     pti_environment_free(&s->environment, &a);
     pti_free(&a, s->geometry.shapes, s->geometry.shape_capacity, sizeof(pti_shape));
@@ -3761,10 +4013,12 @@ PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
     return s;
 }
 
+/* ---- textures */
+
 static int pti_check_pixels(pt_scene *s, const pt_texture_desc *d) {
     size_t i, row = (size_t)d->width * (size_t)d->channels, n = row * (size_t)d->height;
     const float *p = (const float *)d->pixels;
-    if (!d->is_float) return 1;
+    if (d->bits != 32) return 1;
     for (i = 0; i < n; i++) {
         if (pti_finite(p[i])) continue;
         pti_fail(&s->error, PT_ERR_ARG, "pt_add_texture: pixel (%u, %u) is not finite: %g",
@@ -3773,33 +4027,119 @@ static int pti_check_pixels(pt_scene *s, const pt_texture_desc *d) {
     }
     return 1;
 }
-PTI_NOINLINE pt_texture pti_add_texture_ieee(pt_scene *s, const pt_texture_desc *d) {
+static int pti_check_picture(pt_scene *s, const pt_texture_desc *d, const char *call) {
+    return pti_check(s, d->bits == 0 || d->bits == 8 || d->bits == 16 || d->bits == 32, call,
+                     "bits must be 8, 16 or 32, or 0 for 8", (float)d->bits)
+        && pti_check(s, d->width > 0 && d->width <= 65536, call, "width must be 1 to 65536", (float)d->width)
+        && pti_check(s, d->height > 0 && d->height <= 65536, call, "height must be 1 to 65536", (float)d->height)
+        && pti_check(s, d->channels >= 1 && d->channels <= 4, call, "channels must be 1 to 4", (float)d->channels)
+        && pti_require(s, (uint64_t)d->width * (uint64_t)d->height <= SIZE_MAX / 16, call,
+                       "more pixels than memory can hold")
+        && pti_check_pixels(s, d);
+}
+static int pti_check_view(pt_scene *s, const pt_texture_desc *d, const char *call) {
+    return pti_check_id(s, d->of.id, s->texture_count, call, "of: texture")
+        && pti_check(s, s->textures[d->of.id - 1].pixels != NULL, call, "of: that texture has no pixels", (float)d->of.id)
+        && pti_require(s, !d->width && !d->height && !d->channels && !d->bits, call,
+                       "width, height, channels and bits come along with of: leave them 0");
+}
+static int pti_check_pattern(pt_scene *s, const pt_texture_desc *d, const char *call) {
+    return pti_check(s, d->octaves >= 0 && d->octaves <= 16, call, "octaves must be 1 to 16, or 0 for 5", (float)d->octaves)
+        && pti_check(s, d->frequency >= 0 && pti_in_range(d->frequency), call,
+                     "frequency must be between 0 and 1e12", d->frequency)
+        && pti_check3(s, pti_in_range3(d->color_a), call, "color_a must be finite and below 1e12", d->color_a)
+        && pti_check3(s, pti_in_range3(d->color_b), call, "color_b must be finite and below 1e12", d->color_b);
+}
+/* What all kinds have; channels and bits as they come out. */
+static int pti_check_look(pt_scene *s, const pt_texture_desc *d, int channels, int bits, const char *call) {
+    const float *scale = d->uv_scale, *offset = d->uv_offset;
+    pt_wrap u = d->wrap_u, v = d->wrap_v;
+    return pti_check(s, d->channel >= 0 && d->channel <= channels, call, "channel: there is no such one", (float)d->channel)
+        && pti_check(s, !d->srgb || bits != 32, call, "srgb is for 8 and 16 bits", (float)d->srgb)
+        && pti_check(s, u >= PT_WRAP_REPEAT && u <= PT_WRAP_MIRROR, call, "wrap_u is no pt_wrap", (float)u)
+        && pti_check(s, v >= PT_WRAP_REPEAT && v <= PT_WRAP_MIRROR, call, "wrap_v is no pt_wrap", (float)v)
+        && pti_check(s, pti_in_range(scale[0]), call, "uv_scale[0] must be finite and below 1e12", scale[0])
+        && pti_check(s, pti_in_range(scale[1]), call, "uv_scale[1] must be finite and below 1e12", scale[1])
+        && pti_check(s, pti_in_range(offset[0]), call, "uv_offset[0] must be finite and below 1e12", offset[0])
+        && pti_check(s, pti_in_range(offset[1]), call, "uv_offset[1] must be finite and below 1e12", offset[1])
+        && pti_check(s, fabsf(d->uv_rotate_deg) <= 36000, call, "uv_rotate_deg must be within 36000", d->uv_rotate_deg);
+}
+static int pti_check_texture(pt_scene *s, const pt_texture_desc *d) {
     const char *call = "pt_add_texture";
+    const pti_texture *base;
+    int kinds = (d->pixels != NULL) + (d->of.id != 0) + (d->pattern != PT_PATTERN_NONE) + (d->eval != NULL);
+    if (!pti_require(s, kinds > 0, call, "pixels is NULL, and there is no of, pattern or eval")
+        || !pti_require(s, kinds == 1, call, "pixels, of, pattern and eval: only one of them")
+        || !pti_check(s, d->pattern >= PT_PATTERN_NONE && d->pattern <= PT_PATTERN_FBM, call, "pattern is no pt_pattern",
+                      (float)d->pattern)) return 0;
+    if (d->pixels) return pti_check_picture(s, d, call) && pti_check_look(s, d, d->channels, d->bits, call);
+    if (!d->of.id) return pti_check_pattern(s, d, call) && pti_check_look(s, d, 3, 0, call);
+    if (!pti_check_view(s, d, call)) return 0;
+    base = s->textures + (d->of.id - 1);
+    return pti_check_look(s, d, base->channels, base->bits, call);
+}
+/* The scene's table of what integers of 8 or 16 bits mean, made when it is first wanted. (The one for 16 bits is a quarter
+   of a megabyte, and spares 12 powers a look, each of which would take as long as the rest of it.) 0 when out of memory. */
+static int pti_decode_table(pt_scene *s, int bits, int srgb, const float **out) {
+    int i, n = 1 << bits, k = bits == 16 ? 2 : srgb;
+    float *table = s->decode[k];
+    if (bits == 32 || (bits == 16 && !srgb)) return 1;
+    if (!table) {
+        table = s->decode[k] = (float *)pti_alloc(&s->allocator, (size_t)n, sizeof(float));
+        if (!table) return 0;
+        for (i = 0; i < n; i++) {
+            float x = (float)i / (float)(n - 1);
+            table[i] = srgb ? pti_srgb_decode(x) : x;
+        }
+    }
+    *out = table;
+    return 1;
+}
+static int pti_texture_take_pixels(pt_scene *s, pti_texture *t, const pt_texture_desc *d) {     /* 0 when out of memory */
+    int is_alpha;
+    if (d->of.id) {
+        const pti_texture *base = s->textures + (d->of.id - 1);
+        t->width = base->width; t->height = base->height; t->channels = base->channels; t->bits = base->bits;
+        t->pixels = base->pixels;
+    } else {
+        void *copy;
+        t->width = d->width; t->height = d->height; t->channels = d->channels; t->bits = d->bits ? d->bits : 8;
+        copy = pti_alloc(&s->allocator, pti_texture_count(t), pti_texture_size(t));
+        if (!copy) return 0;
+        memcpy(copy, d->pixels, pti_texture_count(t) * pti_texture_size(t));
+        t->pixels = copy;
+        t->owned = 1;
+    }
+    t->grey = t->grey || t->channels < 3;
+    is_alpha = t->channels % 2 == 0 && t->first == t->channels - 1;            /* which is linear */
+    return pti_decode_table(s, t->bits, 0, &t->decode_alpha)
+        && pti_decode_table(s, t->bits, d->srgb && !is_alpha, &t->decode);
+}
+static void pti_texture_init(pti_texture *t, const pt_texture_desc *d) {       /* all but the pixels */
+    t->eval = d->eval; t->user = d->user;
+    t->first = d->channel ? d->channel - 1 : 0;
+    t->grey = d->channel != 0;
+    t->wrap_u = d->wrap_u; t->wrap_v = d->wrap_v; t->nearest = d->nearest;
+    pti_texture_place(t, d->uv_scale, d->uv_rotate_deg, d->uv_offset);
+    t->pattern = d->pattern; t->solid = d->pattern && d->solid;
+    t->frequency = d->frequency > 0 ? d->frequency : 1.0f;
+    t->octaves = d->octaves ? d->octaves : 5;
+    t->color_a = d->color_a; t->color_b = d->color_b;
+    if (pti_is_zero3(d->color_a) && pti_is_zero3(d->color_b)) t->color_b = pt_v3(1, 1, 1);
+}
+PTI_NOINLINE pt_texture pti_add_texture_ieee(pt_scene *s, const pt_texture_desc *d) {
     pt_texture id = { 0 };
     pti_texture *t;
     void *array;
-    int i;
-    if (!pti_scene_open(s, call, d)) return id;
-    if (!d->eval && !(pti_require(s, d->pixels != NULL, call, "pixels is NULL, and there is no eval")
-        && pti_check(s, d->width > 0 && d->width <= 65536, call, "width must be 1 to 65536", (float)d->width)
-        && pti_check(s, d->height > 0 && d->height <= 65536, call, "height must be 1 to 65536", (float)d->height)
-        && pti_check(s, d->channels == 1 || d->channels == 3 || d->channels == 4, call, "channels must be 1, 3 or 4",
-                     (float)d->channels)
-        && pti_check_pixels(s, d))) return id;
+    if (!pti_scene_open(s, "pt_add_texture", d) || !pti_check_texture(s, d)) return id;
     array = s->textures;
     t = (pti_texture *)pti_scene_slot(s, &array, &s->texture_count, &s->texture_capacity, sizeof *t);
     s->textures = (pti_texture *)array;
     if (!t) return id;
-    t->eval = d->eval; t->user = d->user;
-    if (!d->eval) {
-        t->width = d->width; t->height = d->height; t->channels = d->channels; t->is_float = d->is_float != 0;
-        for (i = 0; i < 256; i++) t->decode[i] = d->srgb ? pti_srgb_decode((float)i / 255) : (float)i / 255;
-        t->pixels = pti_alloc(&s->allocator, pti_texture_count(t), pti_texture_size(t));
-        if (!t->pixels) {
-            pti_fail(&s->error, PT_ERR_MEMORY, "%s: out of memory for %d x %d pixels", call, d->width, d->height);
-            return id;
-        }
-        memcpy(t->pixels, d->pixels, pti_texture_count(t) * pti_texture_size(t));
+    pti_texture_init(t, d);
+    if ((d->pixels || d->of.id) && !pti_texture_take_pixels(s, t, d)) {
+        pti_fail(&s->error, PT_ERR_MEMORY, "pt_add_texture: out of memory for %d x %d pixels", t->width, t->height);
+        return id;
     }
     id.id = (uint32_t)s->texture_count;
     return id;
@@ -3855,7 +4195,7 @@ PTI_NOINLINE pt_light pti_add_light_ieee(pt_scene *s, const pt_light_desc *d) {
                        "color must be between 0 and 1e12", d->color)
         || !pti_check(s, fabsf(d->rotate_deg) <= 36000, call, "rotate_deg must be within 36000", d->rotate_deg)
         || !pti_check_id(s, d->texture.id, s->texture_count, call, "texture")
-        || !pti_check(s, !d->texture.id || !s->textures[d->texture.id - 1].eval, call,
+        || !pti_check(s, !d->texture.id || s->textures[d->texture.id - 1].pixels, call,
                       "an environment's texture must have pixels; for a callback, see radiance", (float)d->texture.id)
         || (d->texture.id && !pti_check_map(s, s->textures + (d->texture.id - 1)))) return id;
     e->present = 1;

@@ -199,7 +199,7 @@ static void add_environment(pt_scene *s, const options *o) {
         pt_result result = pt_read_image(&map, o->env);
         if (result != PT_OK) die(1, "%s", map.error[0] ? map.error : pt_result_string(result));
         light.texture = pt_add_texture(s, &(pt_texture_desc){ .width = map.width, .height = map.height, .channels = map.channels,
-            .is_float = 1, .pixels = map.pixels });
+            .bits = 32, .pixels = map.pixels });
     }
     pt_add_light(s, &light);
     pt_image_free(&map);

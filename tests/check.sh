@@ -106,6 +106,7 @@ draws() {                             # SOURCE PROGRAM: the picture must be ther
 check_examples() {
     log=$out/examples.log
     for example in examples/*.c; do
+        case $example in */stb_*) [ -f /usr/include/stb/stb_image.h ] || { skip "$example" "no stb_image.h"; continue; };; esac
         for compiler in gcc clang; do
             if have $compiler; then
                 step "$compiler: $example" $compiler -std=c99 -Wall -Wextra -Wpedantic -Werror -fsyntax-only "$example"

@@ -130,7 +130,7 @@ static void add_map(pt_scene *s) {                        /* a map with a few br
     for (i = 0; i < 16 * 8 * 3; i++) map[i] = (float)(i * 37 % 11) / 16 + (i / 3 == 37 ? 200 : i / 3 == 90 ? 20 : 0);
     memset(&t, 0, sizeof t);
     memset(&l, 0, sizeof l);
-    t.width = 16; t.height = 8; t.channels = 3; t.is_float = 1; t.pixels = map;
+    t.width = 16; t.height = 8; t.channels = 3; t.bits = 32; t.pixels = map;
     l.kind = PT_LIGHT_ENVIRONMENT; l.texture = pt_add_texture(s, &t); l.rotate_deg = 33;
     pt_add_light(s, &l);
 }

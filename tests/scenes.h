@@ -19,7 +19,7 @@ static inline void sky(pt_scene *s, float radiance) {
     pt_add_light(s, &(pt_light_desc){ .color = { radiance, radiance, radiance } });
 }
 static inline pt_texture grey_map(pt_scene *s, const float *pixels, int width, int height) {
-    return pt_add_texture(s, &(pt_texture_desc){ .width = width, .height = height, .channels = 1, .is_float = 1, .pixels = pixels });
+    return pt_add_texture(s, &(pt_texture_desc){ .width = width, .height = height, .channels = 1, .bits = 32, .pixels = pixels });
 }
 static inline void triangle_of(pt_scene *s, pt_vec3 a, pt_vec3 b, pt_vec3 c, pt_material m) {
     pt_vec3 v[3];

@@ -58,12 +58,12 @@ static uint32_t bad_position_inf(fixture *f) { float p[9]; memcpy(p, tri, sizeof
 static uint32_t bad_position_huge(fixture *f) { float p[9]; memcpy(p, tri, sizeof p); p[7] = -2e12f; return MESH(.positions = p, .vertex_count = 3); }
 static uint32_t bad_normal(fixture *f) { float p[9]; memcpy(p, tri, sizeof p); p[8] = not_a_number(); return MESH(.positions = tri, .normals = p, .vertex_count = 3); }
 static uint32_t bad_uv(fixture *f) { float p[6] = { 0, 0, 1, 0, 0, 0 }; p[5] = -infinite(); return MESH(.positions = tri, .uvs = p, .vertex_count = 3); }
-static uint32_t bad_float_texture(fixture *f) { float p[3] = { 1, 1, 1 }; p[1] = not_a_number(); return pt_add_texture(f->s, &(pt_texture_desc){ .width = 1, .height = 1, .channels = 3, .is_float = 1, .pixels = p }).id; }
+static uint32_t bad_float_texture(fixture *f) { float p[3] = { 1, 1, 1 }; p[1] = not_a_number(); return pt_add_texture(f->s, &(pt_texture_desc){ .width = 1, .height = 1, .channels = 3, .bits = 32, .pixels = p }).id; }
 static uint32_t bad_map(fixture *f, float value) {
     float p[3] = { 1, 1, 1 };
     pt_texture t;
     p[2] = value;
-    t = pt_add_texture(f->s, &(pt_texture_desc){ .width = 1, .height = 1, .channels = 3, .is_float = 1, .pixels = p });
+    t = pt_add_texture(f->s, &(pt_texture_desc){ .width = 1, .height = 1, .channels = 3, .bits = 32, .pixels = p });
     return pt_add_light(f->s, &(pt_light_desc){ .texture = t }).id;
 }
 static uint32_t bad_map_negative(fixture *f) { return bad_map(f, -1); }
@@ -120,7 +120,7 @@ BAD(texture_null, pt_add_texture(f->s, NULL).id)
 BAD(texture_pixels, pt_add_texture(f->s, &(pt_texture_desc){ .width = 1, .height = 1, .channels = 3 }).id)
 BAD(texture_width, pt_add_texture(f->s, &(pt_texture_desc){ .width = 0, .height = 1, .channels = 3, .pixels = tri }).id)
 BAD(texture_height, pt_add_texture(f->s, &(pt_texture_desc){ .width = 1, .height = -5, .channels = 3, .pixels = tri }).id)
-BAD(texture_channels, pt_add_texture(f->s, &(pt_texture_desc){ .width = 1, .height = 1, .channels = 2, .pixels = tri }).id)
+BAD(texture_channels, pt_add_texture(f->s, &(pt_texture_desc){ .width = 1, .height = 1, .channels = 5, .pixels = tri }).id)
 BAD(density_null, pt_add_density(f->s, NULL).id)
 BAD(density_functions, pt_add_density(f->s, &(pt_density_desc){ .sample = density_sample }).id)
 BAD(density_weight, pt_add_density(f->s, &(pt_density_desc){ .sample = density_sample, .pdf = density_pdf, .weight = 1.5f }).id)
@@ -165,7 +165,7 @@ static const bad_call bad_calls[] = {
     { "color_texture", "pt_add_material|color_texture 9 does not exist", bad_material_texture }, { "vtable", "pt_add_material|vtable", bad_material_vtable },
     { "texture NULL", "pt_add_texture|NULL", bad_texture_null }, { "pixels", "pt_add_texture|pixels is NULL", bad_texture_pixels },
     { "texture width", "pt_add_texture|width|is 0", bad_texture_width }, { "texture height", "pt_add_texture|height|-5", bad_texture_height },
-    { "channels", "pt_add_texture|channels|is 2", bad_texture_channels }, { "texture pixel", "pt_add_texture|nan", bad_float_texture },
+    { "channels", "pt_add_texture|channels|is 5", bad_texture_channels }, { "texture pixel", "pt_add_texture|nan", bad_float_texture },
     { "density NULL", "pt_add_density|NULL", bad_density_null }, { "density functions", "pt_add_density|sample or pdf is NULL", bad_density_functions },
     { "density weight", "pt_add_density|weight|1.5", bad_density_weight }, { "density nan", "pt_add_density|weight|nan", bad_density_nan },
     { "light NULL", "pt_add_light|NULL", bad_light_null }, { "light kind", "pt_add_light|kind|3", bad_light_kind },
@@ -333,7 +333,7 @@ static pt_result build_all(pt_scene *s, const pt_scene *inner) {
     static const pt_bsdf_vtable user_bsdf = { user_eval, density_pdf, user_sample, NULL };
     int i;
     for (i = 0; i < 20; i++) {
-        pt_texture t = pt_add_texture(s, &(pt_texture_desc){ .width = 2, .height = 2, .channels = 3, .is_float = 1, .pixels = texels });
+        pt_texture t = pt_add_texture(s, &(pt_texture_desc){ .width = 2, .height = 2, .channels = 3, .bits = 32, .pixels = texels });
         pt_material m = pt_add_material(s, &(pt_material_desc){ .color_texture = t });
         pt_material lamp = pt_add_material(s, &(pt_material_desc){ .emission = { 1, 1, 1 }, .two_sided = i % 2 });
         pt_material user = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_USER, .vtable = &user_bsdf });

@@ -77,7 +77,7 @@ static pt_scene *mesh_scene(const pt_mesh *mesh, const pt_image *map) {
     if (map) {
         pt_add_quad(s, pt_v3(x, mesh->lo.y, z), pt_v3(0, 0, 11 * size), pt_v3(11 * size, 0, 0), grey);
         pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_ENVIRONMENT, .texture = pt_add_texture(s, &(pt_texture_desc){
-            .width = map->width, .height = map->height, .channels = map->channels, .is_float = 1, .pixels = map->pixels }) });
+            .width = map->width, .height = map->height, .channels = map->channels, .bits = 32, .pixels = map->pixels }) });
     }
     return s;
 }
