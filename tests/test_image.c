@@ -49,6 +49,12 @@ static float *noise(pt_rng *rng, int width, int height) {    /* over 20 octaves,
         p[i] = i >= 3 && pt_rng_u32(rng) % 3 ? p[i - 3] : ldexpf(pt_rng_float(rng), (int)(pt_rng_u32(rng) % 20) - 10);
     return p;
 }
+static const pt_encoding *stops(float n) {               /* of exposure; until the next call */
+    static pt_encoding e;
+    memset(&e, 0, sizeof e);
+    e.exposure_stops = n;
+    return &e;
+}
 /* Text, then bytes. */
 static size_t join(unsigned char *out, const char *header, const void *data, size_t size) {
     size_t n = strlen(header);
@@ -93,8 +99,8 @@ static void ppm_is_what_it_should_be(void) {
     free(s.data);
     odd[0] = (float)NAN; odd[1] = (float)INFINITY; odd[2] = -(float)INFINITY;
     w = writer_to(&s);
-    CHECK_EQ_INT(pt_write_ppm_to(&w, odd, 1, 1, -200), PT_OK);    /* infinity times zero counts as nothing */
-    CHECK(s.data[11] == 0 && s.data[13] == 0);
+    CHECK_EQ_INT(pt_write_ppm_to(&w, odd, 1, 1, stops(-100)), PT_OK);
+    CHECK(s.data[11] == 0 && s.data[12] == 255 && s.data[13] == 0);
     free(s.data);
     w = writer_to(&s);
     CHECK_EQ_INT(pt_write_ppm_to(&w, odd, 1, 1, 0), PT_OK);
@@ -111,7 +117,7 @@ static void ppm_exposure_counts_in_stops(void) {
     a = noise(&rng, 31, 17);
     b = noise(&rng, 31, 17);
     for (i = 0; i < 31 * 17 * 3; i++) b[i] = a[i] * 8;
-    CHECK_EQ_INT(pt_write_ppm_to(&w, a, 31, 17, 3), PT_OK);
+    CHECK_EQ_INT(pt_write_ppm_to(&w, a, 31, 17, stops(3)), PT_OK);
     CHECK_EQ_INT(pt_write_ppm_to(&v, b, 31, 17, 0), PT_OK);
     CHECK(s.size == t.size && !memcmp(s.data, t.data, s.size));
     free(a); free(b); free(s.data); free(t.data);
@@ -378,7 +384,7 @@ static void malformed_pictures_are_refused_in_words(void) {
     static const struct { const char *file; size_t size; const char *error; } c[] = {
         { BYTES(""), "memory:1: the file is empty" },
         { BYTES("P"), "memory:1: the file is empty" },
-        { BYTES("\x89PNG\r\n"), "memory:1: neither a PFM nor a Radiance HDR picture" },
+        { BYTES("\x89PNG\r\n"), "memory:1: neither a PFM, a PPM, a PGM nor a Radiance HDR picture" },
         { BYTES("PF"), "memory:1: white space is missing" },
         { BYTES("PF4 4\n-1\n"), "memory:1: white space is missing" },
         { BYTES("PF\n"), "memory:2: a size is missing" },
@@ -594,9 +600,9 @@ static void path_twins_write_the_same(void) {
         unsigned char *bytes;
         size_t size = 0;
         test_case("format %d", k);
-        CHECK_EQ_INT(k == 0 ? pt_write_ppm_to(&w, p, 33, 21, 1) : k == 1 ? pt_write_pfm_to(&w, p, 33, 21)
+        CHECK_EQ_INT(k == 0 ? pt_write_ppm_to(&w, p, 33, 21, stops(1)) : k == 1 ? pt_write_pfm_to(&w, p, 33, 21)
             : pt_write_hdr_to(&w, p, 33, 21), PT_OK);
-        CHECK_EQ_INT(k == 0 ? pt_write_ppm("out/test_image.tmp", p, 33, 21, 1) : k == 1
+        CHECK_EQ_INT(k == 0 ? pt_write_ppm("out/test_image.tmp", p, 33, 21, stops(1)) : k == 1
             ? pt_write_pfm("out/test_image.tmp", p, 33, 21)
                             : pt_write_hdr("out/test_image.tmp", p, 33, 21), PT_OK);
         bytes = file_bytes("out/test_image.tmp", &size);
@@ -628,7 +634,7 @@ static void failing_writers_are_heard(void) {
         pt_writer w = writer_to(&s);
         int calls;
         s.most = most;
-        CHECK_EQ_INT(k == 0 ? pt_write_ppm_to(&w, p, 100, 100, 1) : k == 1 ? pt_write_pfm_to(&w, p, 100, 100)
+        CHECK_EQ_INT(k == 0 ? pt_write_ppm_to(&w, p, 100, 100, stops(1)) : k == 1 ? pt_write_pfm_to(&w, p, 100, 100)
             : pt_write_hdr_to(&w, p, 100, 100),
                      PT_ERR_IO);
         calls = s.calls;
@@ -712,7 +718,7 @@ static void bad_arguments_are_refused(void) {
     CHECK_EQ_INT(pt_write_ppm_to(NULL, rgb, 1, 1, 0), PT_ERR_ARG);
     CHECK_EQ_INT(pt_write_ppm_to(&none, rgb, 1, 1, 0), PT_ERR_ARG);
     CHECK_EQ_INT(pt_write_ppm_to(&w, NULL, 1, 1, 0), PT_ERR_ARG);
-    CHECK_EQ_INT(pt_write_ppm_to(&w, rgb, 1, 1, (float)NAN), PT_ERR_ARG);
+    CHECK_EQ_INT(pt_write_ppm_to(&w, rgb, 1, 1, stops((float)NAN)), PT_ERR_ARG);
     CHECK_EQ_INT(pt_write_pfm_to(&w, rgb, 0, 1), PT_ERR_ARG);
     CHECK_EQ_INT(pt_write_hdr_to(&w, rgb, 1, -1), PT_ERR_ARG);
     CHECK_EQ_INT(pt_write_ppm(NULL, rgb, 1, 1, 0), PT_ERR_ARG);
