@@ -4787,8 +4787,10 @@ static pt_result pti_read_pfm(pt_image *out, pti_input *in) {
 static int pti_ppm_header(pti_input *in, pti_pnm *h) {
     int kind = in->at[1];
     h->channels = kind == '3' || kind == '6' ? 3 : 1;
-    if (!pti_pnm_sizes(in, h) || !pti_parse_size(in, &h->max)) return 0;
-    if (h->max > 65535) return pti_refuse(in, "the largest value is %u, above 65535", (uint64_t)h->max);
+    h->max = 0;
+    if (!pti_pnm_sizes(in, h)) return 0;
+    for (; pti_is_digit(pti_peek(in)); in->at++) if (h->max <= 65535) h->max = h->max * 10 + (size_t)(*in->at - '0');
+    if (h->max < 1 || h->max > 65535) return pti_refuse(in, "the largest value is not a number from 1 to 65535");
     h->big_endian = 1;
     h->bytes = kind < '4' ? 0 : h->max > 255 ? 2 : 1;
     if (h->bytes) return pti_pnm_begin_pixels(in, h, "largest value");
@@ -4800,13 +4802,13 @@ static int pti_ppm_value(pti_input *in, const pti_pnm *h, size_t *out) {
     size_t v = 0;
     if (!h->bytes) {
         if (!pti_pnm_space(in)) return 0;
-        if (!pti_is_digit(pti_peek(in))) return pti_refuse(in, in->at < in->end ? "a value is no number"
-                                                                                : "the file ends within the pixels");
+        if (in->at == in->end) return pti_refuse(in, "the file ends within the pixels");
+        if (!pti_is_digit(*in->at)) return pti_refuse(in, "a value is not a whole number");
         for (; pti_is_digit(pti_peek(in)); in->at++) if (v <= h->max) v = v * 10 + (size_t)(*in->at - '0');
     } else {
         v = h->bytes == 1 ? in->at[0] : in->at[0] * 256u + in->at[1];
     }
-    if (v > h->max) return pti_refuse(in, "a value is above the largest, %u", (uint64_t)h->max);
+    if (v > h->max) return pti_refuse(in, "%u is above the largest value, %u", (uint64_t)v, (uint64_t)h->max);
     in->at += h->bytes;
     *out = v;
     return 1;
