@@ -12,7 +12,7 @@
          pt_scene_commit(s);
          pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 64,
              .camera = { .eye = {0, 1, 5}, .target = {0, 0, 0} } });
-         if (pt_render_run(r) == PT_OK) pt_write_png("sphere.png", pt_render_pixels(r), 512, 512, NULL);
+         if (pt_render_run(r) == PT_OK) pt_write_ppm("sphere.ppm", pt_render_pixels(r), 512, 512, NULL);
          pt_render_destroy(r);
          pt_scene_destroy(s);
      cc -O2 main.c -lm -lpthread.  No more flags are needed for speed: the AVX2 code is chosen at run time.
@@ -367,7 +367,7 @@ typedef struct pt_image {
     pt_allocator allocator;
     char error[256];                                      /* "file:line: reason", or "" */
 } pt_image;
-/* PFM, Radiance HDR, or PPM and PGM (P2, P3, P5, P6), by content. The last two are taken for sRGB, as pt_write_ppm writes. */
+/* PFM, Radiance HDR, or PPM and PGM (P2, P3, P5, P6; taken for sRGB, as pt_write_ppm writes them), by content. */
 PT_DEF pt_result pt_read_image_memory(pt_image *out, const void *data, size_t size);
 #ifndef PT_NO_STDIO
 PT_DEF pt_result pt_read_image(pt_image *out, const char *path);
@@ -4189,8 +4189,8 @@ static unsigned pti_srgb_byte(const pti_srgb *s, float x) {
     return k;
 }
 
-/* 16 bits, rounded exactly too. V from our log and exp is within 0.005 of a step, so what lies nearer than 1/64 to the middle
-   between two steps, and only that, is held against the linear value of this middle. */
+/* 16 bits, rounded exactly too. V from our log and exp is within 0.005 of a step; so what lies nearer than 1/64 to the
+   middle between two steps, and only that, is held against the linear value of this middle. */
 static unsigned pti_srgb_16(float x) {
     double v, below;
     if (!(x > 0)) return 0;
@@ -4216,17 +4216,18 @@ static float pti_filmic(float L) {
 }
 /* The colour of a luminance, in sRGB bytes: see pt_curve. */
 static const uint8_t *pti_false_color(float luminance) {
-    static const uint8_t color[13][3] = { { 0, 0, 0 }, { 56, 0, 88 }, { 112, 0, 200 }, { 0, 0, 255 }, { 0, 112, 255 },
-        { 0, 208, 224 }, { 0, 160, 64 }, { 144, 224, 0 }, { 255, 240, 0 }, { 255, 144, 0 }, { 224, 0, 0 }, { 255, 112, 176 },
-        { 255, 255, 255 } };
+    static const uint8_t color[13][3] = {
+        { 0, 0, 0 }, { 56, 0, 88 }, { 112, 0, 200 }, { 0, 0, 255 }, { 0, 112, 255 }, { 0, 208, 224 },     /* -6 to -1 */
+        { 0, 160, 64 },
+        { 144, 224, 0 }, { 255, 240, 0 }, { 255, 144, 0 }, { 224, 0, 0 }, { 255, 112, 176 }, { 255, 255, 255 } };
     float least = 0.18f * 0.022097087f;                  /* 0.18 2^-5.5 */
     int k;
     for (k = 0; k < 12 && luminance >= least; k++) least *= 2;
     return color[k];
 }
 
-/* A pixel's way to bytes. */
-typedef struct pti_encoder { float scale; pt_curve curve; int bytes; pti_srgb srgb; } pti_encoder;   /* bytes: a channel */
+/* A pixel's way to bytes: exposure, curve, sRGB. */
+typedef struct pti_encoder { float scale; pt_curve curve; int bytes; pti_srgb srgb; } pti_encoder;   /* bytes a channel */
 static int pti_encoder_init(pti_encoder *c, const pt_encoding *e) {    /* 0: out of range */
     pt_encoding zero;
     memset(&zero, 0, sizeof zero);
@@ -4284,23 +4285,24 @@ PT_DEF pt_result pt_write_ppm_to(const pt_writer *w, const float *rgb, int width
     return ok ? pti_output_end(&o) : PT_ERR_ARG;
 }
 
-/* PNG (ISO/IEC 15948) is a deflate stream (RFC 1951) in zlib's wrapping (RFC 1950), cut into chunks. What a row holds is the
-   difference from a guess, by the left, the upper and the upper left neighbour; what a path tracer left in it is noise, in
-   which nothing repeats but the differences of flat regions, zeros mostly. So the only matches looked for are runs of one
-   byte, and all else is up to Huffman's code, made anew for each block of 16 KiB: on renders that beats a full search for
-   matches (zlib's default, by up to 3 %), and takes no memory but the block. */
+/* PNG (ISO/IEC 15948): the rows, each as its difference from a guess by the left, upper and upper left neighbours, in one
+   deflate stream (RFC 1951) in zlib's wrapping (RFC 1950), cut into chunks. What a path tracer leaves in the differences is
+   noise, in which nothing repeats; where nothing happens they are zeros. So the only matches that are looked for are runs
+   of one byte, and the rest is up to Huffman's code, made anew for each block of 16 KiB. On renders that is as small as
+   what zlib's search through the last 32 KiB finds (3 % smaller to 8 % larger), and takes no memory but the block. */
 #define PTI_PNG_BLOCK 16384
-#define PTI_PNG_SYMBOLS 286                              /* 256 literals, the end of a block, 29 lengths */
-#define PTI_PNG_LONGEST 14                               /* bits of a code; 15 would be allowed */
+#define PTI_PNG_SYMBOLS 286                              /* 256 literals, the end of the block, 29 lengths of runs */
+#define PTI_PNG_LONGEST 14                               /* bits of a code; deflate allows 15 */
 typedef struct pti_png {
     pti_output *out;
-    uint32_t bits, adler;                                /* bits that make no byte yet, first ones lowest; the checksum */
+    uint32_t adler;                                      /* Adler-32: b << 16 | a; a sums the bytes up, b the a's */
+    uint32_t bits;                                       /* what makes no byte yet, the first bit lowest */
     int bit_count, filter;
     size_t used, packed_used;
     uint32_t count[PTI_PNG_SYMBOLS];                     /* how often the block has each symbol */
-    uint16_t code[PTI_PNG_SYMBOLS];                      /* its first bit lowest */
+    uint16_t code[PTI_PNG_SYMBOLS];                      /* the first bit lowest */
     uint8_t length[PTI_PNG_SYMBOLS];                     /* bits of the code; 0 = not in the block */
-    uint8_t block[PTI_PNG_BLOCK], packed[8192];          /* bytes to compress; bytes for the next IDAT */
+    uint8_t block[PTI_PNG_BLOCK], packed[8192];          /* bytes to compress; bytes of the next IDAT chunk */
 } pti_png;
 
 static uint32_t pti_crc32(uint32_t crc, const uint8_t *p, size_t n) {
@@ -4339,81 +4341,104 @@ static void pti_png_bits(pti_png *z, uint32_t v, int n) {    /* n <= 16 */
     for (z->bit_count += n; z->bit_count >= 8; z->bit_count -= 8, z->bits >>= 8) pti_png_packed(z, z->bits & 255);
 }
 
-/* Huffman 1952: the two rarest nodes become one, until one is left. Sorted by count, the symbols are one queue, and the nodes
-   made of them come out as another, so the rarest is always first in one of the two. Where a code gets too long, the counts
-   are halved, which makes them more alike. */
-static void pti_png_code_lengths(pti_png *z) {
-    uint32_t weight[2 * PTI_PNG_SYMBOLS];
-    uint16_t order[PTI_PNG_SYMBOLS], parent[2 * PTI_PNG_SYMBOLS];
-    uint8_t depth[2 * PTI_PNG_SYMBOLS];
-    int n = 0, s, i, k, leaf, node;
-    for (s = 0; s < PTI_PNG_SYMBOLS; s++) if (z->count[s]) {
-        for (i = n++; i > 0 && weight[i - 1] > z->count[s]; i--) { weight[i] = weight[i - 1]; order[i] = order[i - 1]; }
+/* Huffman 1952: the two rarest nodes become one, again and again, until one is left. The symbols, sorted, are one queue,
+   and the nodes made of them come out as another, so the rarest is always first in one of the two. */
+static int pti_png_sort(const pti_png *z, uint16_t *order, uint32_t *weight) {    /* the symbols that occur, rarest first */
+    int n = 0, s, i;
+    for (s = 0; s < PTI_PNG_SYMBOLS; s++) {
+        if (!z->count[s]) continue;
+        for (i = n++; i > 0 && weight[i - 1] > z->count[s]; i--) {
+            weight[i] = weight[i - 1];
+            order[i] = order[i - 1];
+        }
         weight[i] = z->count[s];
         order[i] = (uint16_t)s;
     }
-    for (;;) {
-        for (k = node = n, leaf = 0; k < 2 * n - 1; k++) for (weight[k] = 0, i = 0; i < 2; i++) {
-            int least = leaf < n && (node == k || weight[leaf] <= weight[node]) ? leaf++ : node++;
-            weight[k] += weight[least];
-            parent[least] = (uint16_t)k;
+    return n;
+}
+static void pti_png_depths(uint32_t *weight, int n, uint8_t *depth) {
+    uint16_t parent[2 * PTI_PNG_SYMBOLS];
+    int leaf = 0, node = n, made, i;
+    for (made = n; made < 2 * n - 1; made++) {
+        weight[made] = 0;
+        for (i = 0; i < 2; i++) {
+            int rarest = leaf < n && (node == made || weight[leaf] <= weight[node]) ? leaf++ : node++;
+            weight[made] += weight[rarest];
+            parent[rarest] = (uint16_t)made;
         }
-        for (depth[2 * n - 2] = 0, k = 2 * n - 3; k >= 0; k--) depth[k] = (uint8_t)(depth[parent[k]] + 1);
-        if (depth[0] <= PTI_PNG_LONGEST) break;          /* the rarest is the deepest */
-        for (k = 0; k < n; k++) weight[k] = (weight[k] + 1) / 2;
+    }
+    depth[2 * n - 2] = 0;                                /* the root */
+    for (i = 2 * n - 3; i >= 0; i--) depth[i] = (uint8_t)(depth[parent[i]] + 1);
+}
+static void pti_png_code_lengths(pti_png *z) {
+    uint32_t weight[2 * PTI_PNG_SYMBOLS];
+    uint16_t order[PTI_PNG_SYMBOLS];
+    uint8_t depth[2 * PTI_PNG_SYMBOLS];
+    int n = pti_png_sort(z, order, weight), i;
+    pti_png_depths(weight, n, depth);
+    while (depth[0] > PTI_PNG_LONGEST) {                 /* too deep, even for the rarest: make the counts more alike */
+        for (i = 0; i < n; i++) weight[i] = (weight[i] + 1) / 2;
+        pti_png_depths(weight, n, depth);
     }
     memset(z->length, 0, sizeof z->length);
-    for (k = 0; k < n; k++) z->length[order[k]] = depth[k];
+    for (i = 0; i < n; i++) z->length[order[i]] = depth[i];
 }
 /* The code that follows from the lengths: shorter ones first, among equals by symbol (RFC 1951, 3.2.2). */
+static uint16_t pti_png_reverse(uint32_t code, int length) {
+    uint32_t r = 0;
+    for (; length > 0; length--, code >>= 1) r = r << 1 | (code & 1);
+    return (uint16_t)r;
+}
 static void pti_png_codes(pti_png *z) {
-    uint32_t next = 0, c;
-    int length, s, i;
-    for (length = 1; length <= PTI_PNG_LONGEST; length++, next <<= 1)
-        for (s = 0; s < PTI_PNG_SYMBOLS; s++) if (z->length[s] == length) {
-            for (c = next++, z->code[s] = 0, i = 0; i < length; i++, c >>= 1)
-                z->code[s] = (uint16_t)((unsigned)z->code[s] << 1 | (c & 1));
-        }
+    uint32_t next = 0;
+    int length, s;
+    for (length = 1; length <= PTI_PNG_LONGEST; length++) {
+        next <<= 1;
+        for (s = 0; s < PTI_PNG_SYMBOLS; s++) if (z->length[s] == length) z->code[s] = pti_png_reverse(next++, length);
+    }
 }
 /* A block's head. The lengths of the code are written in a code themselves: four bits each, where 15 stands for the symbol
    18, "a run of 11 to 138 zeros, their number in seven bits more". One distance is all there is, in one bit. */
 static void pti_png_block_head(pti_png *z, int last) {
     static const uint8_t order[19] = { 16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15 };
-    static const uint8_t reversed[16] = { 0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15 };
     int i, run;
     pti_png_bits(z, last ? 5 : 4, 3);                    /* BFINAL, BTYPE = 2 */
-    pti_png_bits(z, PTI_PNG_SYMBOLS - 257, 5);
-    pti_png_bits(z, 0, 5);
-    pti_png_bits(z, 15, 4);
+    pti_png_bits(z, PTI_PNG_SYMBOLS - 257, 5);           /* HLIT */
+    pti_png_bits(z, 0, 5);                               /* HDIST: one */
+    pti_png_bits(z, 19 - 4, 4);                          /* HCLEN */
     for (i = 0; i < 19; i++) pti_png_bits(z, order[i] < 15 || order[i] == 18 ? 4 : 0, 3);
     for (i = 0; i < PTI_PNG_SYMBOLS; i += run) {
         for (run = 0; run < 138 && i + run < PTI_PNG_SYMBOLS && z->length[i + run] == 0; run++) {}
-        if (run < 11) { run = 1; pti_png_bits(z, reversed[z->length[i]], 4); }
+        if (run < 11) { run = 1; pti_png_bits(z, pti_png_reverse(z->length[i], 4), 4); }
         else { pti_png_bits(z, 15, 4); pti_png_bits(z, (uint32_t)run - 11, 7); }
     }
-    pti_png_bits(z, reversed[1], 4);
+    pti_png_bits(z, pti_png_reverse(1, 4), 4);
 }
-/* The block's symbols, counted or written. A run of 3 to 258 bytes like the one before is a length and the distance 1; of
-   length - 3 the symbol tells the highest bits, and extra ones the rest. */
+/* How many bytes from i on are like the one before, up to 258. */
+static unsigned pti_png_run(const pti_png *z, size_t i) {
+    size_t end = z->used - i < 258 ? z->used : i + 258, k = i;
+    if (i) while (k < end && z->block[k] == z->block[i - 1]) k++;
+    return (unsigned)(k - i);
+}
+/* The block's symbols, counted or written. A run from 3 on is a length and the distance 1: of length - 3 the symbol tells
+   the three highest bits, extra ones the rest; 258 has a symbol of its own. */
 static void pti_png_symbols(pti_png *z, int write) {
-    size_t i, run;
-    for (i = 0; i < z->used; i += run) {
+    size_t i = 0;
+    while (i < z->used) {
+        unsigned run = pti_png_run(z, i), rest = run - 3;
         int s = z->block[i], extra = 0;
-        unsigned rest = 0;
-        for (run = 0; i && run < 258 && i + run < z->used && z->block[i + run] == z->block[i - 1]; run++) {}
         if (run >= 3) {
-            rest = (unsigned)run - 3;
             while (rest >> extra >= 8) extra++;
-            s = run == 258 ? 285 : 257 + 4 * extra + (int)(rest >> extra);
-            if (run == 258) extra = 0;
+            s = 257 + 4 * extra + (int)(rest >> extra);
         }
-        if (!write) z->count[s]++;
-        else pti_png_bits(z, z->code[s], z->length[s]);
+        if (run == 258) { s = 285; extra = 0; }
+        if (write) pti_png_bits(z, z->code[s], z->length[s]);
+        else z->count[s]++;
         if (write && run >= 3) pti_png_bits(z, rest & ((1u << extra) - 1), extra + 1);   /* the last bit is the distance */
-        if (run < 3) run = 1;
+        i += run >= 3 ? run : 1;
     }
 }
-static void pti_png_block(pti_png *z, int last) {
+static void pti_png_checksum(pti_png *z) {
     uint32_t a = z->adler & 0xffff, b = z->adler >> 16;
     size_t i;
     for (i = 0; i < z->used; i++) {
@@ -4421,6 +4446,9 @@ static void pti_png_block(pti_png *z, int last) {
         b = (b + a) % 65521;
     }
     z->adler = b << 16 | a;
+}
+static void pti_png_block(pti_png *z, int last) {
+    pti_png_checksum(z);
     memset(z->count, 0, sizeof z->count);
     z->count[256] = 1;                                   /* the end */
     pti_png_symbols(z, 0);
@@ -4715,7 +4743,7 @@ static int pti_refuse_size(const pti_input *in, size_t width, size_t height) {
                       (uint64_t)pti_input_left(in));
 }
 
-/* PFM, PPM and PGM begin alike: a magic P and letter, the width, the height, and one number more, PFM's scale or the others'
+/* PFM, PPM and PGM begin alike: P and a letter or digit, the width, the height, and one number more, the scale or the
    largest value. Between these words stand white space and comments; after the last, one white space only. */
 typedef struct pti_pnm {
     size_t width, height, max;                           /* max: the largest value; 0 in a PFM */

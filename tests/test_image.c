@@ -391,7 +391,7 @@ static void png_holds_the_bytes_of_ppm(void) {
     size_t i;
     int kind, curve;
     pt_rng_seed(&rng, 11, 1);
-    for (i = 0; i < sizeof sizes / sizeof sizes[0]; i++) for (kind = 0; kind < 7; kind++) {
+    for (i = 0; i < sizeof sizes / sizeof sizes[0]; i++) for (kind = 0; kind < (i < 12 ? 7 : 2); kind++) {
         int width = sizes[i][0], height = sizes[i][1];
         float *p = picture(&rng, width, height, kind);
         for (curve = 0; curve < 3; curve++) {
@@ -514,7 +514,7 @@ static void png_codes_are_the_best_that_fit(void) {
         least = huffman_cost(z.count, PTI_PNG_SYMBOLS, &longest);
         CHECK_EQ_U32(kraft, 1u << PTI_PNG_LONGEST);
         limited += longest > PTI_PNG_LONGEST;
-        CHECK(longest <= PTI_PNG_LONGEST ? cost == least : cost > least && cost <= least + least / (round < 20 ? 50 : 1000));
+        CHECK(longest <= PTI_PNG_LONGEST ? cost == least : cost >= least && cost <= least + least / (round < 20 ? 50 : 1000));
     }
     CHECK(limited > 10 && limited < 280);
 }
