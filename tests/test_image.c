@@ -156,7 +156,8 @@ static void encodings_out_of_range_are_refused(void) {
         memcpy(&e.curve, &c[i].curve, sizeof e.curve);
         e.bits = c[i].bits;
         test_case("encoding %d, png %d", (int)i, png);
-        CHECK_EQ_INT(png ? pt_write_png_to(&w, rgb, 1, 1, &e) : pt_write_ppm_to(&w, rgb, 1, 1, &e), c[i].ok ? PT_OK : PT_ERR_ARG);
+        CHECK_EQ_INT(png ? pt_write_png_to(&w, rgb, 1, 1, &e) : pt_write_ppm_to(&w, rgb, 1, 1, &e),
+                     c[i].ok ? PT_OK : PT_ERR_ARG);
         CHECK((s.calls > 0) == c[i].ok);
         free(s.data);
     }
@@ -196,7 +197,8 @@ static void filmic_rises_from_black_to_white(void) {
         falls += f < before;
         before = f;
     }
-    for (b = bits_of(9); b < bits_of(10.1f); b++) falls += pti_filmic(float_of(b + 1)) < pti_filmic(float_of(b));    /* flat */
+    for (b = bits_of(9); b < bits_of(10.1f); b++)        /* where it is flattest */
+        falls += pti_filmic(float_of(b + 1)) < pti_filmic(float_of(b));
     CHECK_EQ_INT(falls, 0);
 }
 /* The legend that stands beside PT_CURVE_FALSE_COLOR. */
@@ -283,8 +285,8 @@ static void read_codes(bits_in *b, huffman *symbols, huffman *distances) {
     huffman_init(distances, lengths + literals, count - literals);
 }
 static size_t inflate_block(bits_in *b, unsigned char *out, size_t size, size_t most) {
-    static const int base[29] = { 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 15, 17, 19, 23, 27, 31, 35, 43, 51, 59, 67, 83, 99, 115, 131,
-        163, 195, 227, 258 };
+    static const int base[29] = { 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 15, 17, 19, 23, 27, 31, 35, 43, 51, 59, 67, 83, 99, 115,
+        131, 163, 195, 227, 258 };
     static const int extra[29] = { 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 0 };
     huffman symbols, distances;
     int s, run;
@@ -500,7 +502,8 @@ static void png_codes_are_the_best_that_fit(void) {
         memset(&z, 0, sizeof z);
         for (s = 0; s < PTI_PNG_SYMBOLS; s++) {
             if (round < 20 && s < 5 + round) { z.count[s] = a; b += a; a = b - a; }      /* Fibonacci: deeper than allowed */
-            else if (round >= 20) z.count[s] = pt_rng_u32(&rng) % 3 ? 0 : pt_rng_u32(&rng) >> ((round & 1 ? 18 : 26) + pt_rng_u32(&rng) % 6);
+            else if (round >= 20 && pt_rng_u32(&rng) % 3 == 0)
+                z.count[s] = pt_rng_u32(&rng) >> ((round & 1 ? 18 : 26) + pt_rng_u32(&rng) % 6);
         }
         z.count[256]++;
         if (!z.count[0]) z.count[0] = 1;
@@ -760,6 +763,29 @@ static void hdr_rgbe_is_nearest(void) {
     odd[0] = (float)NAN; odd[1] = (float)INFINITY; odd[2] = -(float)INFINITY;
     pti_rgbe(odd, out);
     CHECK(out[0] == 0 && out[1] == 255 && out[2] == 0 && out[3] == 255);
+}
+static void hdr_takes_whatever_a_float_is(void) {
+    pt_rng rng;
+    int kind, bad = 0;
+    size_t i;
+    pt_rng_seed(&rng, 16, 1);
+    for (kind = 4; kind <= 5; kind++) {                  /* NaN and infinity; all bits */
+        float *p = picture(&rng, 50, 20, kind);
+        sink s;
+        pt_writer w = writer_to(&s);
+        pt_image im;
+        CHECK_EQ_INT(pt_write_hdr_to(&w, p, 50, 20), PT_OK);
+        if (!CHECK_EQ_INT(load(&im, s.data, s.size), PT_OK)) { free(p); free(s.data); continue; }
+        for (i = 0; i < 3000; i++) {
+            const float *q = p + i / 3 * 3;
+            float most = fmaxf(q[0], fmaxf(q[1], q[2])), x = im.pixels[i];
+            bad += !(x >= 0 && x <= 1.6947657e38f) || (!(p[i] > 0) && x != 0) || (p[i] == most && most > 1e-30f
+                && !(x >= fminf(most, 1.69e38f) * 0.99f));
+        }
+        pt_image_free(&im);
+        free(p); free(s.data);
+    }
+    CHECK_EQ_INT(bad, 0);
 }
 static void hdr_new_rle_packs_runs(void) {
     static float rgb[3000];
@@ -1347,6 +1373,7 @@ void test_image(void) {
     RUN(pfm_after_cr_a_newline_may_be_data);
     RUN(hdr_round_trips_as_rgbe);
     RUN(hdr_rgbe_is_nearest);
+    RUN(hdr_takes_whatever_a_float_is);
     RUN(hdr_new_rle_packs_runs);
     RUN(hdr_all_eight_orientations);
     RUN(hdr_columns_with_new_rle);
