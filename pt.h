@@ -4288,8 +4288,8 @@ PT_DEF pt_result pt_write_ppm_to(const pt_writer *w, const float *rgb, int width
 /* PNG (ISO/IEC 15948): the rows, each as its difference from a guess by the left, upper and upper left neighbours, in one
    deflate stream (RFC 1951) in zlib's wrapping (RFC 1950), cut into chunks. What a path tracer leaves in the differences is
    noise, in which nothing repeats; where nothing happens they are zeros. So the only matches that are looked for are runs
-   of one byte, and the rest is up to Huffman's code, made anew for each block of 16 KiB. On renders that is as small as
-   what zlib's search through the last 32 KiB finds (3 % smaller to 8 % larger), and takes no memory but the block. */
+   of one byte, and the rest is up to Huffman's code, made anew for each block of 16 KiB. With noise that is as small as
+   what zlib finds in the last 32 KiB, on clean pictures up to 10 % larger, and it takes no memory but the block. */
 #define PTI_PNG_BLOCK 16384
 #define PTI_PNG_SYMBOLS 286                              /* 256 literals, the end of the block, 29 lengths of runs */
 #define PTI_PNG_LONGEST 14                               /* bits of a code; deflate allows 15 */
