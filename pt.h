@@ -4474,7 +4474,7 @@ static int pti_paeth(int a, int b, int c) {
 /* A row in the filter that would have been the best one, by the sum of absolute differences, for the row before: a row is
    seen but once then, and rows are much alike. (Choosing after two looks saves 0.2 %.) above: NULL in the first row. */
 static void pti_png_row(pti_png *z, const pti_encoder *c, const float *row, const float *above, int width) {
-    uint8_t now[6], left[6] = { 0 }, up[6] = { 0 }, corner[6] = { 0 };
+    uint8_t now[6] = { 0 }, left[6] = { 0 }, up[6] = { 0 }, corner[6] = { 0 };
     uint64_t sum[5] = { 0 };
     int x, i, f, d[5];
     pti_png_byte(z, z->filter);
