@@ -12,7 +12,7 @@
          pt_scene_commit(s);
          pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 64,
              .camera = { .eye = {0, 1, 5}, .target = {0, 0, 0} } });
-         if (pt_render_run(r) == PT_OK) pt_write_ppm("sphere.ppm", pt_render_pixels(r), 512, 512, 0);
+         if (pt_render_run(r) == PT_OK) pt_write_ppm("sphere.ppm", pt_render_pixels(r), 512, 512, NULL);
          pt_render_destroy(r);
          pt_scene_destroy(s);
      cc -O2 main.c -lm -lpthread.  No more flags are needed for speed: the AVX2 code is chosen at run time.
@@ -55,7 +55,7 @@
      >>camera     pinhole and thin lens
      >>film       exact sums
      >>render     tiles, threads, progress
-     >>image      PPM, PFM, Radiance HDR
+     >>image      PNG, PPM, PFM, Radiance HDR
      >>mesh       Wavefront OBJ
      >>license */
 #ifndef PT_PATHTRACER_H_INCLUDED /* not PT_H: another well-known library on embedded systems ships a pt.h too */
@@ -346,17 +346,37 @@ PT_DEF pt_stats     pt_render_stats(pt_render *r);        /* any thread */
 
 /* ---- files --------------------------------------------------------------------------------------------- */
 /* Pictures are linear RGB, top row first. What takes a path has a twin for memory or a callback. A file that could not
-   be written whole is not left behind, and one that was there before stays as it was. */
+   be written whole is not left behind, and one that was there before stays as it was. A PNG takes 40 KB of the stack. */
 
 typedef struct pt_writer {
     int (*write)(void *user, const void *data, size_t size);     /* 0 = fine; anything else stops with PT_ERR_IO */
     void *user;
 } pt_writer;
-PT_DEF pt_result pt_write_ppm_to(const pt_writer *w, const float *rgb, int width, int height, float exposure_stops);
+
+/* How radiance becomes the numbers of a picture that is looked at: PNG and PPM. Each curve ends in sRGB; NaN and what is
+   negative is black. NULL instead of an encoding means all zero; what is out of range is PT_ERR_ARG. */
+typedef enum pt_curve {
+    PT_CURVE_SRGB,                                        /* as it is: 1 and above is white */
+    PT_CURVE_FILMIC,                                      /* highlights bend off: 10 is white, 0.18 stays 0.18. A channel
+                                                             by itself. Narkowicz 2015 */
+    PT_CURVE_FALSE_COLOR                                  /* a colour for each stop of luminance, counted from 0.18: -6 and
+                                                             below black, -5 purple, -4 violet, -3 blue, -2 azure,
+                                                             -1 cyan, 0 green, 1 lime, 2 yellow, 3 orange, 4 red,
+                                                             5 pink, 6 and above white; each +- 1/2 */
+} pt_curve;
+typedef struct pt_encoding {
+    float exposure_stops;                                 /* brighter by 2^stops, before the curve; -100 to 100 */
+    pt_curve curve;
+    int bits;                                             /* a channel, 8 or 16; 0 = 8. PNG only: a PPM has 8 */
+} pt_encoding;
+
+PT_DEF pt_result pt_write_png_to(const pt_writer *w, const float *rgb, int width, int height, const pt_encoding *e);
+PT_DEF pt_result pt_write_ppm_to(const pt_writer *w, const float *rgb, int width, int height, const pt_encoding *e);
 PT_DEF pt_result pt_write_pfm_to(const pt_writer *w, const float *rgb, int width, int height);
 PT_DEF pt_result pt_write_hdr_to(const pt_writer *w, const float *rgb, int width, int height);
 #ifndef PT_NO_STDIO
-PT_DEF pt_result pt_write_ppm(const char *path, const float *rgb, int width, int height, float exposure_stops);
+PT_DEF pt_result pt_write_png(const char *path, const float *rgb, int width, int height, const pt_encoding *e);
+PT_DEF pt_result pt_write_ppm(const char *path, const float *rgb, int width, int height, const pt_encoding *e);
 PT_DEF pt_result pt_write_pfm(const char *path, const float *rgb, int width, int height);   /* exact */
 PT_DEF pt_result pt_write_hdr(const char *path, const float *rgb, int width, int height);   /* 8 bits a channel and a
                                                                                                 shared exponent */
@@ -364,12 +384,13 @@ PT_DEF pt_result pt_write_hdr(const char *path, const float *rgb, int width, int
 
 /* A picture read from a file. Start from zero, or with an allocator set; free with pt_image_free, also after an error. */
 typedef struct pt_image {
-    int width, height, channels;                          /* 3, or 1 for a grey PFM */
-    float *pixels;                                        /* top row first */
+    int width, height, channels;                          /* 3, or 1 for a grey PFM or PGM */
+    float *pixels;                                        /* linear, top row first */
     pt_allocator allocator;
     char error[256];                                      /* "file:line: reason", or "" */
 } pt_image;
-PT_DEF pt_result pt_read_image_memory(pt_image *out, const void *data, size_t size);   /* PFM or Radiance HDR, by content */
+/* PFM, Radiance HDR, or PPM and PGM (P2, P3, P5, P6; taken for sRGB, as pt_write_ppm writes them), by content. */
+PT_DEF pt_result pt_read_image_memory(pt_image *out, const void *data, size_t size);
 #ifndef PT_NO_STDIO
 PT_DEF pt_result pt_read_image(pt_image *out, const char *path);
 #endif
@@ -5231,7 +5252,9 @@ PT_DEF pt_stats pt_render_stats(pt_render *r) {
 
 /* ---- >>image -------------------------------------------------------------------------------------------
    Pictures to and from files, as linear RGB.
-     PPM   8 bits a channel, sRGB (IEC 61966-2-1): V = 12.92 L up to 0.0031308, above it 1.055 L^(1/2.4) - 0.055
+     PNG   8 or 16 bits a channel, compressed; written only
+     PPM   8 bits a channel; read as text too, with 16 bits, and as grey PGM
+           Both hold sRGB (IEC 61966-2-1): V = 12.92 L up to 0.0031308, above it 1.055 L^(1/2.4) - 0.055
      PFM   the floats themselves (Debevec; netpbm's pfm(5)), bottom row first, in the byte order that the sign of its
            scale tells
      HDR   Radiance RGBE (Ward, "Real Pixels", Graphics Gems II, 1991): three mantissas share an exponent, value =
@@ -5462,26 +5485,352 @@ static unsigned pti_srgb_byte(const pti_srgb *s, float x) {
     return k;
 }
 
-PT_DEF pt_result pt_write_ppm_to(const pt_writer *w, const float *rgb, int width, int height, float exposure_stops) {
+/* 16 bits, rounded exactly too. V from our log and exp is within 0.005 of a step; so what lies nearer than 1/64 to the
+   middle between two steps, and only that, is held against the linear value of this middle. */
+static unsigned pti_srgb_16(float x) {
+    double v, below;
+    if (!(x > 0)) return 0;
+    if (x >= 1) return 65535;
+    v = (double)x <= 0.0031308 ? 12.92 * (double)x : 1.055 * (double)pti_exp_double(pti_log_double(x) / 2.4) - 0.055;
+    v *= 65535;
+    below = floor(v);
+    v -= below + 0.5;
+    if (v > -1.0 / 64 && v < 1.0 / 64) v = (double)x - pti_srgb_to_linear((below + 0.5) / 65535);
+    return (unsigned)below + (v >= 0);
+}
+
+/* The filmic curve: a rational fit to the ACES reference rendering (Narkowicz 2015, "ACES Filmic Tone Mapping Curve"),
+       f(x) = x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14),   x = 0.7231708 L,
+   where the factor is the root that makes f(0.18) = 0.18. f rises everywhere, from f(0) = 0, and passes 1 at L = 10.01.
+   In double, since rounded to float it then rises still. */
+static float pti_filmic(float L) {
+    double x, f;
+    if (!(L > 0)) return 0;
+    x = 0.7231708 * (double)pti_min(L, 16);
+    f = x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
+    return f < 1 ? (float)f : 1.0f;
+}
+/* The colour of a luminance, in sRGB bytes: see pt_curve. */
+static const uint8_t *pti_false_color(float luminance) {
+    static const uint8_t color[13][3] = {
+        { 0, 0, 0 }, { 56, 0, 88 }, { 112, 0, 200 }, { 0, 0, 255 }, { 0, 112, 255 }, { 0, 208, 224 },     /* -6 to -1 */
+        { 0, 160, 64 },
+        { 144, 224, 0 }, { 255, 240, 0 }, { 255, 144, 0 }, { 224, 0, 0 }, { 255, 112, 176 }, { 255, 255, 255 } };
+    float least = 0.18f * 0.022097087f;                  /* 0.18 2^-5.5 */
+    int k;
+    for (k = 0; k < 12 && luminance >= least; k++) least *= 2;
+    return color[k];
+}
+
+/* A pixel's way to bytes: exposure, curve, sRGB. */
+typedef struct pti_encoder { float scale; pt_curve curve; int bytes; pti_srgb srgb; } pti_encoder;   /* bytes a channel */
+static int pti_encoder_init(pti_encoder *c, const pt_encoding *e) {    /* 0: out of range */
+    pt_encoding zero;
+    memset(&zero, 0, sizeof zero);
+    if (!e) e = &zero;
+    if (!(fabsf(e->exposure_stops) <= 100) || (e->bits != 0 && e->bits != 8 && e->bits != 16)) return 0;
+    if (e->curve != PT_CURVE_SRGB && e->curve != PT_CURVE_FILMIC && e->curve != PT_CURVE_FALSE_COLOR) return 0;
+    c->scale = pti_pow(2, e->exposure_stops);
+    c->curve = e->curve;
+    c->bytes = e->bits == 16 ? 2 : 1;
+    pti_srgb_init(&c->srgb);
+    return 1;
+}
+static void pti_encode_false_color(const pti_encoder *c, const float *rgb, uint8_t *out) {
+    const uint8_t *color = pti_false_color(pti_luminance(pti_scale(pt_v3(rgb[0], rgb[1], rgb[2]), c->scale)));
+    int i;
+    for (i = 0; i < 3 * c->bytes; i++) out[i] = color[i / c->bytes];   /* 257 k is to 16 bits what k is to 8 */
+}
+static void pti_encode(const pti_encoder *c, const float *rgb, uint8_t *out) {
+    unsigned v;
+    float x;
+    int i;
+    if (c->curve == PT_CURVE_FALSE_COLOR) { pti_encode_false_color(c, rgb, out); return; }
+    for (i = 0; i < 3; i++) {
+        x = rgb[i] * c->scale;
+        if (c->curve == PT_CURVE_FILMIC) x = pti_filmic(x);
+        if (c->bytes == 1) { out[i] = (uint8_t)pti_srgb_byte(&c->srgb, x); continue; }
+        v = pti_srgb_16(x);
+        out[2 * i] = (uint8_t)(v >> 8);
+        out[2 * i + 1] = (uint8_t)(v & 255);
+    }
+}
+
+PT_DEF pt_result pt_write_ppm_to(const pt_writer *w, const float *rgb, int width, int height, const pt_encoding *e) {
     pti_output o;
-    pti_srgb srgb;
-    pti_fpmode mode;
-    float scale;
-    size_t i;
-    int y;
-    if (!pti_output_begin(&o, w, rgb, width, height) || !pti_finite(exposure_stops)) return PT_ERR_ARG;
-    mode = pti_fpmode_enter();
-    pti_srgb_init(&srgb);
-    scale = pti_pow(2, exposure_stops);
-    pti_output_size(&o, "P6\n", width);
-    pti_output_size(&o, " ", height);
-    pti_output_text(&o, "\n255\n");
-    for (y = 0; y < height && !o.failed; y++) {
-        const float *row = pti_row(rgb, width, y);
-        for (i = 0; i < (size_t)width * 3; i++) pti_output_byte(&o, pti_srgb_byte(&srgb, row[i] * scale));
+    pti_encoder c;
+    pti_fpmode mode = pti_fpmode_enter();
+    int x, y, ok = pti_output_begin(&o, w, rgb, width, height) && pti_encoder_init(&c, e);
+    if (ok) {
+        c.bytes = 1;
+        pti_output_size(&o, "P6\n", width);
+        pti_output_size(&o, " ", height);
+        pti_output_text(&o, "\n255\n");
+        for (y = 0; y < height && !o.failed; y++) {
+            const float *row = pti_row(rgb, width, y);
+            for (x = 0; x < width; x++) {
+                uint8_t pixel[3];
+                pti_encode(&c, row + 3 * (size_t)x, pixel);
+                pti_output_byte(&o, pixel[0]);
+                pti_output_byte(&o, pixel[1]);
+                pti_output_byte(&o, pixel[2]);
+            }
+        }
     }
     pti_fpmode_leave(mode);
-    return pti_output_end(&o);
+    return ok ? pti_output_end(&o) : PT_ERR_ARG;
+}
+
+/* PNG (ISO/IEC 15948): the rows, each as its difference from a guess by the left, upper and upper left neighbours, in one
+   deflate stream (RFC 1951) in zlib's wrapping (RFC 1950), cut into chunks. What a path tracer leaves in the differences is
+   noise, in which nothing repeats; where nothing happens they are zeros. So the only matches that are looked for are runs
+   of one byte, and the rest is up to Huffman's code, made anew for each block of 16 KiB. With noise that is as small as
+   what zlib finds in the last 32 KiB, on clean pictures up to 10 % larger, and it takes no memory but the block. */
+#define PTI_PNG_BLOCK 16384
+#define PTI_PNG_SYMBOLS 286                              /* 256 literals, the end of the block, 29 lengths of runs */
+#define PTI_PNG_LONGEST 14                               /* bits of a code; deflate allows 15 */
+typedef struct pti_png {
+    pti_output *out;
+    uint32_t adler;                                      /* Adler-32: b << 16 | a; a sums the bytes up, b the a's */
+    uint32_t bits;                                       /* what makes no byte yet, the first bit lowest */
+    int bit_count, filter;
+    size_t used, packed_used;
+    uint32_t count[PTI_PNG_SYMBOLS];                     /* how often the block has each symbol */
+    uint16_t code[PTI_PNG_SYMBOLS];                      /* the first bit lowest */
+    uint8_t length[PTI_PNG_SYMBOLS];                     /* bits of the code; 0 = not in the block */
+    uint8_t block[PTI_PNG_BLOCK], packed[8192];          /* bytes to compress; bytes of the next IDAT chunk */
+} pti_png;
+
+static uint32_t pti_crc32(uint32_t crc, const uint8_t *p, size_t n) {
+    static const uint32_t nibble[16] = { 0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4, 0x4db26158,
+        0x5005713c, 0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c, 0x9b64c2b0, 0x86d3d2d4, 0xa00ae278, 0xbdbdf21c };
+    for (; n; n--) {
+        crc ^= *p++;
+        crc = nibble[crc & 15] ^ crc >> 4;
+        crc = nibble[crc & 15] ^ crc >> 4;
+    }
+    return crc;
+}
+static void pti_big_endian(uint8_t *p, uint32_t v) {
+    p[0] = (uint8_t)(v >> 24); p[1] = (uint8_t)(v >> 16 & 255); p[2] = (uint8_t)(v >> 8 & 255); p[3] = (uint8_t)(v & 255);
+}
+static void pti_png_chunk(pti_output *o, const char *type, const uint8_t *data, size_t n) {
+    uint8_t head[8], tail[4];
+    size_t i;
+    pti_big_endian(head, (uint32_t)n);
+    memcpy(head + 4, type, 4);
+    pti_big_endian(tail, ~pti_crc32(pti_crc32(0xffffffffu, head + 4, 4), data, n));
+    for (i = 0; i < 8; i++) pti_output_byte(o, head[i]);
+    for (i = 0; i < n; i++) pti_output_byte(o, data[i]);
+    for (i = 0; i < 4; i++) pti_output_byte(o, tail[i]);
+}
+static void pti_png_flush(pti_png *z) {
+    if (z->packed_used) pti_png_chunk(z->out, "IDAT", z->packed, z->packed_used);
+    z->packed_used = 0;
+}
+static void pti_png_packed(pti_png *z, unsigned byte) {
+    if (z->packed_used == sizeof z->packed) pti_png_flush(z);
+    z->packed[z->packed_used++] = (uint8_t)byte;
+}
+static void pti_png_bits(pti_png *z, uint32_t v, int n) {    /* n <= 16 */
+    z->bits |= v << z->bit_count;
+    for (z->bit_count += n; z->bit_count >= 8; z->bit_count -= 8, z->bits >>= 8) pti_png_packed(z, z->bits & 255);
+}
+
+/* Huffman 1952: the two rarest nodes become one, again and again, until one is left. The symbols, sorted, are one queue,
+   and the nodes made of them come out as another, so the rarest is always first in one of the two. */
+static int pti_png_sort(const pti_png *z, uint16_t *order, uint32_t *weight) {    /* the symbols that occur, rarest first */
+    int n = 0, s, i;
+    for (s = 0; s < PTI_PNG_SYMBOLS; s++) {
+        if (!z->count[s]) continue;
+        for (i = n++; i > 0 && weight[i - 1] > z->count[s]; i--) {
+            weight[i] = weight[i - 1];
+            order[i] = order[i - 1];
+        }
+        weight[i] = z->count[s];
+        order[i] = (uint16_t)s;
+    }
+    return n;
+}
+static void pti_png_depths(uint32_t *weight, int n, uint8_t *depth) {
+    uint16_t parent[2 * PTI_PNG_SYMBOLS];
+    int leaf = 0, node = n, made, i;
+    for (made = n; made < 2 * n - 1; made++) {
+        weight[made] = 0;
+        for (i = 0; i < 2; i++) {
+            int rarest = leaf < n && (node == made || weight[leaf] <= weight[node]) ? leaf++ : node++;
+            weight[made] += weight[rarest];
+            parent[rarest] = (uint16_t)made;
+        }
+    }
+    depth[2 * n - 2] = 0;                                /* the root */
+    for (i = 2 * n - 3; i >= 0; i--) depth[i] = (uint8_t)(depth[parent[i]] + 1);
+}
+static void pti_png_code_lengths(pti_png *z) {
+    uint32_t weight[2 * PTI_PNG_SYMBOLS];
+    uint16_t order[PTI_PNG_SYMBOLS];
+    uint8_t depth[2 * PTI_PNG_SYMBOLS];
+    int n = pti_png_sort(z, order, weight), i;
+    pti_png_depths(weight, n, depth);
+    while (depth[0] > PTI_PNG_LONGEST) {                 /* too deep, even for the rarest: make the counts more alike */
+        for (i = 0; i < n; i++) weight[i] = (weight[i] + 1) / 2;
+        pti_png_depths(weight, n, depth);
+    }
+    memset(z->length, 0, sizeof z->length);
+    for (i = 0; i < n; i++) z->length[order[i]] = depth[i];
+}
+/* The code that follows from the lengths: shorter ones first, among equals by symbol (RFC 1951, 3.2.2). */
+static uint16_t pti_png_reverse(uint32_t code, int length) {
+    uint32_t r = 0;
+    for (; length > 0; length--, code >>= 1) r = r << 1 | (code & 1);
+    return (uint16_t)r;
+}
+static void pti_png_codes(pti_png *z) {
+    uint32_t next = 0;
+    int length, s;
+    for (length = 1; length <= PTI_PNG_LONGEST; length++) {
+        next <<= 1;
+        for (s = 0; s < PTI_PNG_SYMBOLS; s++) if (z->length[s] == length) z->code[s] = pti_png_reverse(next++, length);
+    }
+}
+/* A block's head. The lengths of the code are written in a code themselves: four bits each, where 15 stands for the symbol
+   18, "a run of 11 to 138 zeros, their number in seven bits more". One distance is all there is, in one bit. */
+static void pti_png_block_head(pti_png *z, int last) {
+    static const uint8_t order[19] = { 16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15 };
+    int i, run;
+    pti_png_bits(z, last ? 5 : 4, 3);                    /* BFINAL, BTYPE = 2 */
+    pti_png_bits(z, PTI_PNG_SYMBOLS - 257, 5);           /* HLIT */
+    pti_png_bits(z, 0, 5);                               /* HDIST: one */
+    pti_png_bits(z, 19 - 4, 4);                          /* HCLEN */
+    for (i = 0; i < 19; i++) pti_png_bits(z, order[i] < 15 || order[i] == 18 ? 4 : 0, 3);
+    for (i = 0; i < PTI_PNG_SYMBOLS; i += run) {
+        for (run = 0; run < 138 && i + run < PTI_PNG_SYMBOLS && z->length[i + run] == 0; run++) {}
+        if (run < 11) { run = 1; pti_png_bits(z, pti_png_reverse(z->length[i], 4), 4); }
+        else { pti_png_bits(z, 15, 4); pti_png_bits(z, (uint32_t)run - 11, 7); }
+    }
+    pti_png_bits(z, pti_png_reverse(1, 4), 4);
+}
+/* How many bytes from i on are like the one before, up to 258. */
+static unsigned pti_png_run(const pti_png *z, size_t i) {
+    size_t end = z->used - i < 258 ? z->used : i + 258, k = i;
+    if (i) while (k < end && z->block[k] == z->block[i - 1]) k++;
+    return (unsigned)(k - i);
+}
+/* The block's symbols, counted or written. A run from 3 on is a length and the distance 1: of length - 3 the symbol tells
+   the three highest bits, extra ones the rest; 258 has a symbol of its own. */
+static void pti_png_symbols(pti_png *z, int write) {
+    size_t i = 0;
+    while (i < z->used) {
+        unsigned run = pti_png_run(z, i), rest = run - 3;
+        int s = z->block[i], extra = 0;
+        if (run >= 3) {
+            while (rest >> extra >= 8) extra++;
+            s = 257 + 4 * extra + (int)(rest >> extra);
+        }
+        if (run == 258) { s = 285; extra = 0; }
+        if (write) pti_png_bits(z, z->code[s], z->length[s]);
+        else z->count[s]++;
+        if (write && run >= 3) pti_png_bits(z, rest & ((1u << extra) - 1), extra + 1);   /* the last bit is the distance */
+        i += run >= 3 ? run : 1;
+    }
+}
+static void pti_png_checksum(pti_png *z) {
+    uint32_t a = z->adler & 0xffff, b = z->adler >> 16;
+    size_t i;
+    for (i = 0; i < z->used; i++) {
+        a = (a + z->block[i]) % 65521;
+        b = (b + a) % 65521;
+    }
+    z->adler = b << 16 | a;
+}
+static void pti_png_block(pti_png *z, int last) {
+    pti_png_checksum(z);
+    memset(z->count, 0, sizeof z->count);
+    z->count[256] = 1;                                   /* the end */
+    pti_png_symbols(z, 0);
+    pti_png_code_lengths(z);
+    pti_png_codes(z);
+    pti_png_block_head(z, last);
+    pti_png_symbols(z, 1);
+    pti_png_bits(z, z->code[256], z->length[256]);
+    z->used = 0;
+}
+static void pti_png_byte(pti_png *z, int byte) {
+    if (z->used == sizeof z->block) pti_png_block(z, 0);
+    z->block[z->used++] = (uint8_t)(byte & 255);
+}
+/* The neighbour, a left, b above, c above a, that is nearest to a + b - c. Paeth 1991. */
+static int pti_paeth(int a, int b, int c) {
+    int da = b - c, db = a - c, dc = da + db;
+    if (da < 0) da = -da;
+    if (db < 0) db = -db;
+    if (dc < 0) dc = -dc;
+    return da <= db && da <= dc ? a : db <= dc ? b : c;
+}
+/* A row in the filter that would have been the best one, by the sum of absolute differences, for the row before: a row is
+   seen but once then, and rows are much alike. (Choosing after two looks saves 0.2 %.) above: NULL in the first row. */
+static void pti_png_row(pti_png *z, const pti_encoder *c, const float *row, const float *above, int width) {
+    uint8_t now[6] = { 0 }, left[6] = { 0 }, up[6] = { 0 }, corner[6] = { 0 };
+    uint64_t sum[5] = { 0 };
+    int x, i, f, d[5];
+    pti_png_byte(z, z->filter);
+    for (x = 0; x < width; x++) {
+        pti_encode(c, row + 3 * (size_t)x, now);
+        if (above) pti_encode(c, above + 3 * (size_t)x, up);
+        for (i = 0; i < 3 * c->bytes; i++) {
+            d[1] = now[i] - left[i];
+            d[2] = now[i] - up[i];
+            d[3] = now[i] - (left[i] + up[i]) / 2;
+            d[4] = now[i] - pti_paeth(left[i], up[i], corner[i]);
+            for (f = 1; f < 5; f++) { int m = d[f] & 255; sum[f] += (unsigned)(m < 128 ? m : 256 - m); }
+            pti_png_byte(z, d[z->filter]);
+        }
+        memcpy(left, now, 6);
+        memcpy(corner, up, 6);
+    }
+    for (f = 1; f < 5; f++) if (sum[f] < sum[z->filter]) z->filter = f;
+}
+static void pti_png_head(pti_output *o, int width, int height, int bytes) {
+    static const uint8_t signature[8] = { 0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n' }, srgb[1] = { 0 };
+    uint8_t header[13] = { 0 }, gamma[4];
+    int i;
+    for (i = 0; i < 8; i++) pti_output_byte(o, signature[i]);
+    pti_big_endian(header, (uint32_t)width);
+    pti_big_endian(header + 4, (uint32_t)height);
+    header[8] = (uint8_t)(8 * bytes);
+    header[9] = 2;                                       /* RGB */
+    pti_png_chunk(o, "IHDR", header, 13);
+    pti_big_endian(gamma, 45455);                        /* 1 / 2.2, for those that do not know sRGB */
+    pti_png_chunk(o, "sRGB", srgb, 1);
+    pti_png_chunk(o, "gAMA", gamma, 4);
+}
+static void pti_png_write(pti_output *o, const pti_encoder *c, const float *rgb, int width, int height) {
+    pti_png z;
+    uint8_t sum[4];
+    int y;
+    z.out = o;
+    z.bits = 0; z.adler = 1;
+    z.bit_count = 0; z.filter = 1;
+    z.used = z.packed_used = 0;
+    pti_png_head(o, width, height, c->bytes);
+    pti_png_bits(&z, 0x0178, 16);                        /* zlib: deflate, a window of 32 KiB */
+    for (y = 0; y < height && !o->failed; y++)
+        pti_png_row(&z, c, pti_row(rgb, width, y), y ? pti_row(rgb, width, y - 1) : NULL, width);
+    pti_png_block(&z, 1);
+    pti_png_bits(&z, 0, (8 - z.bit_count) & 7);
+    pti_big_endian(sum, z.adler);
+    for (y = 0; y < 4; y++) pti_png_packed(&z, sum[y]);
+    pti_png_flush(&z);
+    pti_png_chunk(o, "IEND", sum, 0);
+}
+PT_DEF pt_result pt_write_png_to(const pt_writer *w, const float *rgb, int width, int height, const pt_encoding *e) {
+    pti_output o;
+    pti_encoder c;
+    pti_fpmode mode = pti_fpmode_enter();
+    int ok = pti_output_begin(&o, w, rgb, width, height) && pti_encoder_init(&c, e);
+    if (ok) pti_png_write(&o, &c, rgb, width, height);
+    pti_fpmode_leave(mode);
+    return ok ? pti_output_end(&o) : PT_ERR_ARG;
 }
 
 PT_DEF pt_result pt_write_pfm_to(const pt_writer *w, const float *rgb, int width, int height) {
@@ -5632,10 +5981,15 @@ static pt_result pti_save_close(pti_save *s, pt_result r) {
     pti_free(&s->allocator, s->part, pti_save_part_size(s), 1);
     return r;
 }
-PT_DEF pt_result pt_write_ppm(const char *path, const float *rgb, int width, int height, float exposure_stops) {
+PT_DEF pt_result pt_write_png(const char *path, const float *rgb, int width, int height, const pt_encoding *e) {
     pti_save s;
     pt_result r = pti_save_open(&s, path);
-    return r != PT_OK ? r : pti_save_close(&s, pt_write_ppm_to(&s.writer, rgb, width, height, exposure_stops));
+    return r != PT_OK ? r : pti_save_close(&s, pt_write_png_to(&s.writer, rgb, width, height, e));
+}
+PT_DEF pt_result pt_write_ppm(const char *path, const float *rgb, int width, int height, const pt_encoding *e) {
+    pti_save s;
+    pt_result r = pti_save_open(&s, path);
+    return r != PT_OK ? r : pti_save_close(&s, pt_write_ppm_to(&s.writer, rgb, width, height, e));
 }
 PT_DEF pt_result pt_write_pfm(const char *path, const float *rgb, int width, int height) {
     pti_save s;
@@ -5685,8 +6039,13 @@ static int pti_refuse_size(const pti_input *in, size_t width, size_t height) {
                       (uint64_t)pti_input_left(in));
 }
 
-/* PFM. Between the header's words stand white space and comments; after the last, one white space only. */
-static int pti_pfm_space(pti_input *in) {
+/* PFM, PPM and PGM begin alike: P and a letter or digit, the width, the height, and one number more, the scale or the
+   largest value. Between these words stand white space and comments; after the last, one white space only. */
+typedef struct pti_pnm {
+    size_t width, height, max;                           /* max: the largest value; 0 in a PFM */
+    int channels, big_endian, bytes;                     /* bytes a value; 0: text */
+} pti_pnm;
+static int pti_pnm_space(pti_input *in) {
     const uint8_t *from = in->at;
     for (; in->at < in->end; in->at++) {
         if (*in->at == '#') while (in->at < in->end && *in->at != '\n') in->at++;
@@ -5696,29 +6055,36 @@ static int pti_pfm_space(pti_input *in) {
     }
     return in->at > from ? 1 : pti_refuse(in, "white space is missing");
 }
-typedef struct pti_pfm { size_t width, height; int channels, big_endian; } pti_pfm;
-static int pti_pfm_header(pti_input *in, pti_pfm *h) {
-    double scale;
-    h->channels = in->at[1] == 'F' ? 3 : 1;
+static int pti_pnm_sizes(pti_input *in, pti_pnm *h) {
     in->at += 2;
-    if (!pti_pfm_space(in) || !pti_parse_size(in, &h->width)) return 0;
-    if (!pti_pfm_space(in) || !pti_parse_size(in, &h->height)) return 0;
-    if (!pti_pfm_space(in)) return 0;
-    if (!pti_parse_number(in, &scale)) return pti_refuse(in, "the scale is not a number");
-    if (scale == 0) return pti_refuse(in, "the scale is 0: its sign should tell the byte order");
-    h->big_endian = scale > 0;
-    return 1;
+    if (!pti_pnm_space(in) || !pti_parse_size(in, &h->width)) return 0;
+    if (!pti_pnm_space(in) || !pti_parse_size(in, &h->height)) return 0;
+    return pti_pnm_space(in);
 }
-static int pti_pfm_begin_pixels(pti_input *in, const pti_pfm *h) {
-    size_t left, row = 4 * (size_t)h->channels * h->width;
+static int pti_pnm_begin_pixels(pti_input *in, const pti_pnm *h, const char *last_word) {
+    size_t left, row = (size_t)h->bytes * (size_t)h->channels * h->width;
     int c = pti_peek(in);
-    if (c != '\n' && c != ' ' && c != '\t' && c != '\r') return pti_refuse(in, "the scale does not end in white space");
+    if (c != '\n' && c != ' ' && c != '\t' && c != '\r')
+        return pti_refuse(in, "the %s does not end in white space", last_word);
     in->at++;
     in->line = 0;
     left = pti_input_left(in);
-    if (left / 4 / (size_t)h->channels / h->width < h->height) return pti_refuse_size(in, h->width, h->height);
+    if (left / (size_t)h->bytes / (size_t)h->channels / h->width < h->height)
+        return pti_refuse_size(in, h->width, h->height);
     if (c == '\r' && pti_peek(in) == '\n' && left > h->height * row) in->at++;       /* a line that ends in both */
     return 1;
+}
+
+static int pti_pfm_header(pti_input *in, pti_pnm *h) {
+    double scale;
+    h->channels = in->at[1] == 'F' ? 3 : 1;
+    h->bytes = 4;
+    h->max = 0;
+    if (!pti_pnm_sizes(in, h)) return 0;
+    if (!pti_parse_number(in, &scale)) return pti_refuse(in, "the scale is not a number");
+    if (scale == 0) return pti_refuse(in, "the scale is 0: its sign should tell the byte order");
+    h->big_endian = scale > 0;
+    return pti_pnm_begin_pixels(in, h, "scale");
 }
 static float pti_float_of_bytes(const uint8_t *p, int big_endian) {
     uint32_t bits = big_endian ? (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3]
@@ -5728,15 +6094,63 @@ static float pti_float_of_bytes(const uint8_t *p, int big_endian) {
     return x;
 }
 static pt_result pti_read_pfm(pt_image *out, pti_input *in) {
-    pti_pfm h;
+    pti_pnm h;
     size_t row, i, y;
     pt_result r;
-    if (!pti_pfm_header(in, &h) || !pti_pfm_begin_pixels(in, &h)) return PT_ERR_FORMAT;
+    if (!pti_pfm_header(in, &h)) return PT_ERR_FORMAT;
     r = pti_image_alloc(out, in->name, h.width, h.height, h.channels);
     if (r != PT_OK) return r;
     row = h.width * (size_t)h.channels;
     for (y = h.height; y-- > 0; )
         for (i = 0; i < row; i++, in->at += 4) out->pixels[y * row + i] = pti_float_of_bytes(in->at, h.big_endian);
+    return PT_OK;
+}
+
+/* PPM and PGM, as netpbm defines them: P2 (grey) and P3 are text, P5 (grey) and P6 one byte a value, or two, the higher one
+   first, where the largest value is above 255. */
+static int pti_ppm_header(pti_input *in, pti_pnm *h) {
+    int kind = in->at[1];
+    h->channels = kind == '3' || kind == '6' ? 3 : 1;
+    h->max = 0;
+    if (!pti_pnm_sizes(in, h)) return 0;
+    for (; pti_is_digit(pti_peek(in)); in->at++) if (h->max <= 65535) h->max = h->max * 10 + (size_t)(*in->at - '0');
+    if (h->max < 1 || h->max > 65535) return pti_refuse(in, "the largest value is not a number from 1 to 65535");
+    h->big_endian = 1;
+    h->bytes = kind < '4' ? 0 : h->max > 255 ? 2 : 1;
+    if (h->bytes) return pti_pnm_begin_pixels(in, h, "largest value");
+    if ((pti_input_left(in) + 1) / 2 / (size_t)h->channels / h->width < h->height)   /* a digit and a space a value */
+        return pti_refuse_size(in, h->width, h->height);
+    return 1;
+}
+static int pti_ppm_value(pti_input *in, const pti_pnm *h, size_t *out) {
+    size_t v = 0;
+    if (!h->bytes) {
+        if (!pti_pnm_space(in)) return 0;
+        if (in->at == in->end) return pti_refuse(in, "the file ends within the pixels");
+        if (!pti_is_digit(*in->at)) return pti_refuse(in, "a value is not a whole number");
+        for (; pti_is_digit(pti_peek(in)); in->at++) if (v <= h->max) v = v * 10 + (size_t)(*in->at - '0');
+    } else {
+        v = h->bytes == 1 ? in->at[0] : in->at[0] * 256u + in->at[1];
+    }
+    if (v > h->max) return pti_refuse(in, "%u is above the largest value, %u", (uint64_t)v, (uint64_t)h->max);
+    in->at += h->bytes;
+    *out = v;
+    return 1;
+}
+static pt_result pti_read_ppm(pt_image *out, pti_input *in) {
+    float linear[256];
+    pti_pnm h;
+    size_t i, v = 0, count;
+    pt_result r;
+    if (!pti_ppm_header(in, &h)) return PT_ERR_FORMAT;
+    r = pti_image_alloc(out, in->name, h.width, h.height, h.channels);
+    if (r != PT_OK) return r;
+    count = pti_image_count(out);
+    for (i = 0; i < 256; i++) linear[i] = i <= h.max ? (float)pti_srgb_to_linear((double)i / (double)h.max) : 0;
+    for (i = 0; i < count; i++) {
+        if (!pti_ppm_value(in, &h, &v)) { pt_image_free(out); return PT_ERR_FORMAT; }
+        out->pixels[i] = v < 256 ? linear[v] : (float)pti_srgb_to_linear((double)v / (double)h.max);
+    }
     return PT_OK;
 }
 
@@ -5943,8 +6357,9 @@ static pt_result pti_read_image(pt_image *out, const char *name, const void *dat
     pt_result r = PT_ERR_FORMAT;
     if (pti_input_left(&in) < 2) pti_refuse(&in, "the file is empty");
     else if (in.at[0] == 'P' && (in.at[1] == 'F' || in.at[1] == 'f')) r = pti_read_pfm(out, &in);
+    else if (in.at[0] == 'P' && strchr("2356", in.at[1]) && in.at[1]) r = pti_read_ppm(out, &in);
     else if (in.at[0] == '#' && in.at[1] == '?') r = pti_read_hdr(out, &in);
-    else pti_refuse(&in, "neither a PFM nor a Radiance HDR picture");
+    else pti_refuse(&in, "neither a PFM, a PPM, a PGM nor a Radiance HDR picture");
     pti_fpmode_leave(mode);
     return r;
 }

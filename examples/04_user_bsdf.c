@@ -62,7 +62,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 640, .height = 360, .spp = 64, .max_depth = 8,
         .camera = { .eye = {0, 1.3f, 8}, .target = {0, 1.1f, 0}, .vfov_deg = 26 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "bsdf.ppm", pt_render_pixels(r), 640, 360, 0);
+    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "bsdf.ppm", pt_render_pixels(r), 640, 360, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

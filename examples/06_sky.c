@@ -43,7 +43,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 400, .height = 540, .spp = 64, .max_depth = 8,
         .camera = { .eye = {2.6f, 1.5f, 8.5f}, .target = {.15f, 2.1f, 0}, .vfov_deg = 34 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "sky.ppm", pt_render_pixels(r), 400, 540, 0);
+    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "sky.ppm", pt_render_pixels(r), 400, 540, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

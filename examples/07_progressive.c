@@ -49,7 +49,7 @@ int main(int argc, char **argv) {
     signal(SIGINT, on_interrupt);
     for (int total = 1; result == PT_OK && !stop; total *= 2) {
         result = pt_render_run(r);
-        if (result < 0 || pt_write_ppm(file, pt_render_pixels(r), 512, 384, 0) != PT_OK) { result = PT_ERR_IO; break; }
+        if (result < 0 || pt_write_ppm(file, pt_render_pixels(r), 512, 384, NULL) != PT_OK) { result = PT_ERR_IO; break; }
         printf("%s: %d samples a pixel%s\n", file, total, result == PT_CANCELLED ? ", the last pass in part" : "");
         fflush(stdout);
         if (total == 32) break;

@@ -48,7 +48,7 @@ int main(int argc, char **argv) {
 
     /* All have come back: the picture is whole, or pt_render_work goes on returning what went wrong. */
     pt_result result = pt_render_work(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "threads.ppm", pt_render_pixels(r), 480, 480, 0);
+    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "threads.ppm", pt_render_pixels(r), 480, 480, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

@@ -18,11 +18,14 @@ static const char help[] =
     "usage: render_obj MODEL.obj [options]\n"
     "\n"
     "picture\n"
-    "  --out FILE         .ppm (8 bits, sRGB), .hdr (Radiance) or .pfm (exact floats)    [render.ppm]\n"
+    "  --out FILE         .png or .ppm (8 bits, sRGB), .hdr (Radiance) or .pfm\n"
+    "                     (exact floats)                                                 [render.ppm]\n"
     "  --size WxH         pixels, each side 1 to 16384, at most 67108864 in all          [512x512]\n"
     "  --spp N            samples a pixel, 1 to 1000000; four times as many halve the\n"
     "                     noise                                                          [64]\n"
-    "  --exposure STOPS   brighter by 2^STOPS, -30 to 30; .ppm only                      [0]\n"
+    "  --exposure STOPS   brighter by 2^STOPS, -30 to 30; .png and .ppm only             [0]\n"
+    "  --curve NAME       srgb; filmic: bright parts bend off instead of burning out;\n"
+    "                     false: a colour for each stop, green at 0.18; .png and .ppm    [srgb]\n"
     "camera\n"
     "  --fov DEG          vertical field of view, 1 to 170; the model stays in view      [30]\n"
     "  --azimuth DEG      walk round the model, -360 to 360; 0 looks at it from +z       [30]\n"
@@ -48,6 +51,7 @@ typedef struct options {
     const char *model, *env, *out, *material;
     int width, height, spp, depth, threads, ground, quiet, colored;
     uint64_t seed;
+    pt_curve curve;
     double exposure, fov, azimuth, elevation, rotate_env;
     pt_vec3 color;
 } options;
@@ -117,6 +121,13 @@ static pt_vec3 parse_color(const char *text) {
     return pt_v3((float)r, (float)g, (float)b);
 }
 
+static pt_curve parse_curve(const char *text) {
+    if (!strcmp(text, "filmic")) return PT_CURVE_FILMIC;
+    if (!strcmp(text, "false"))  return PT_CURVE_FALSE_COLOR;
+    if (strcmp(text, "srgb")) die(2, "--curve %s: give srgb, filmic or false", text);
+    return PT_CURVE_SRGB;
+}
+
 /* ---- the command line ---- */
 
 static int has_ending(const char *path, const char *ending) {
@@ -134,6 +145,7 @@ static void set_option(options *o, const char *name, const char *value) {
     else if (!strcmp(name, "--depth"))      o->depth = parse_int(name, value, 10000);
     else if (!strcmp(name, "--threads"))    o->threads = parse_int(name, value, 1024);
     else if (!strcmp(name, "--exposure"))   o->exposure = parse_number(name, value, -30, 30);
+    else if (!strcmp(name, "--curve"))      o->curve = parse_curve(value);
     else if (!strcmp(name, "--fov"))        o->fov = parse_number(name, value, 1, 170);
     else if (!strcmp(name, "--azimuth"))    o->azimuth = parse_number(name, value, -360, 360);
     else if (!strcmp(name, "--elevation"))  o->elevation = parse_number(name, value, -90, 90);
@@ -141,7 +153,7 @@ static void set_option(options *o, const char *name, const char *value) {
 }
 static options parse_options(int argc, char **argv) {
     static const char *const with_value[] = { "--out", "--env", "--material", "--size", "--color", "--seed", "--spp", "--depth",
-        "--threads", "--exposure", "--fov", "--azimuth", "--elevation", "--rotate-env" };
+        "--threads", "--exposure", "--curve", "--fov", "--azimuth", "--elevation", "--rotate-env" };
     options o = { .out = "render.ppm", .material = "diffuse", .width = 512, .height = 512, .spp = 64, .depth = 16,
         .fov = 30, .azimuth = 30, .elevation = 20 };
     size_t k, count = sizeof with_value / sizeof *with_value;
@@ -164,8 +176,8 @@ static options parse_options(int argc, char **argv) {
     if (!o.model || !*o.model) die(2, "no model: give an OBJ file, or see render_obj --help");
     if (strcmp(o.material, "diffuse") && strcmp(o.material, "mirror") && strcmp(o.material, "glass"))
         die(2, "--material %s: give diffuse, mirror or glass", o.material);
-    if (!has_ending(o.out, ".ppm") && !has_ending(o.out, ".hdr") && !has_ending(o.out, ".pfm"))
-        die(2, "--out %s: give a name that ends in .ppm, .hdr or .pfm", o.out);
+    if (!has_ending(o.out, ".png") && !has_ending(o.out, ".ppm") && !has_ending(o.out, ".hdr") && !has_ending(o.out, ".pfm"))
+        die(2, "--out %s: give a name that ends in .png, .ppm, .hdr or .pfm", o.out);
     if (!strcmp(o.out, o.model) || (o.env && !strcmp(o.out, o.env))) die(2, "--out %s: this is an input; give another name", o.out);
     return o;
 }
@@ -305,9 +317,11 @@ static pt_result render(pt_render *r, const options *o, meter *m) {
     return result;
 }
 static pt_result write_picture(const options *o, const float *rgb) {
+    pt_encoding e = { .exposure_stops = (float)o->exposure, .curve = o->curve };
     if (has_ending(o->out, ".pfm")) return pt_write_pfm(o->out, rgb, o->width, o->height);
     if (has_ending(o->out, ".hdr")) return pt_write_hdr(o->out, rgb, o->width, o->height);
-    return pt_write_ppm(o->out, rgb, o->width, o->height, (float)o->exposure);
+    if (has_ending(o->out, ".png")) return pt_write_png(o->out, rgb, o->width, o->height, &e);
+    return pt_write_ppm(o->out, rgb, o->width, o->height, &e);
 }
 
 int main(int argc, char **argv) {

@@ -1,5 +1,5 @@
-/* Renders small scenes that between them touch everything, and prints a 64-bit FNV-1a hash of each picture's PFM. Every
-   compiler, flag and machine must print the same (tests/portable.sh compares).  usage: portable [ISA] */
+/* Renders small scenes that between them touch everything, and prints a 64-bit FNV-1a hash of each picture's PFM and, in
+   all curves, PNG. Every compiler, flag and machine must print the same (tests/portable.sh compares).  usage: portable [ISA] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <stdio.h>
@@ -20,9 +20,17 @@ static int fnv(void *user, const void *data, size_t size) {
 }
 static void print_hash(const char *name, const float *rgb) {
     uint64_t hash = 14695981039346656037u;
+    static const pt_curve curves[3] = { PT_CURVE_SRGB, PT_CURVE_FILMIC, PT_CURVE_FALSE_COLOR };
+    pt_encoding e;
     pt_writer w;
+    int i, ok;
     w.write = fnv; w.user = &hash;
-    if (!rgb || pt_write_pfm_to(&w, rgb, W, H) != PT_OK) { printf("%-12s failed\n", name); return; }
+    ok = rgb && pt_write_pfm_to(&w, rgb, W, H) == PT_OK;
+    for (i = 0; ok && i < 6; i++) {
+        e.exposure_stops = .3f; e.curve = curves[i % 3]; e.bits = i < 3 ? 8 : 16;
+        ok = pt_write_png_to(&w, rgb, W, H, &e) == PT_OK;
+    }
+    if (!ok) { printf("%-12s failed\n", name); return; }
     printf("%-12s %08lx%08lx\n", name, (unsigned long)(hash >> 32), (unsigned long)(hash & 0xffffffffu));
     fflush(stdout);
 }

@@ -77,7 +77,8 @@ for n in 361 -1e9;                do bad 2 "--rotate-env $n" "$one" --out "$pic"
 for n in 31 -31 1,0 --;           do bad 2 '--exposure'      "$one" --out "$pic" --exposure "$n"; done
 for n in 1 1,1 1,1,1,1 2,0,0 -1,0,0 a,b,c 1,,1 ''; do bad 2 "--color $n" "$one" --out "$pic" --color "$n"; done
 bad 2 '--material wood' "$one" --out "$pic" --material wood
-bad 2 '.ppm'            "$one" --out "$tmp/picture.png"
+bad 2 '--curve aces'    "$one" --out "$pic" --curve aces
+bad 2 '.ppm'            "$one" --out "$tmp/picture.jpg"
 bad 2 '.ppm'            "$one" --out "$tmp/picture"
 bad 2 '.ppm'            "$one" --out .ppm
 bad 2 'input'           "$one" --env "$tmp/text.hdr" --out "$tmp/text.hdr"
@@ -122,6 +123,7 @@ small='--size 16x12 --spp 2'
 {
 good "$pic"         "$tool" "$one" --out "$pic" $small
 good "$tmp/p.hdr"   "$tool" "$one" --out "$tmp/p.hdr" $small --ground --material glass
+good "$tmp/p.png"   "$tool" "$one" --out "$tmp/p.png" $small --curve false
 good "$tmp/p.pfm"   "$tool" "$one" --out "$tmp/p.pfm" $small --material mirror --color 1,0.5,0 --exposure -1 --fov 50
 good "$tmp/p.ppm"   "$tool" --seed 18446744073709551615 --threads 3 --depth 1 --azimuth -90 --elevation 90 $small --out "$tmp/p.ppm" "$one"
 "$tool" "$one" $small --out "$pic" --quiet > "$tmp/.stdout" 2> "$tmp/.stderr"

@@ -31,7 +31,7 @@ static void time_render(const char *name, const pt_scene *s, pt_camera camera, c
         if (pt_render_run(r) != PT_OK) { printf("%s: %s\n", name, pt_render_error(r)); pt_render_destroy(r); return; }
         seconds[i] = now() - start;
         stats = pt_render_stats(r);
-        if (i == 0) pt_write_ppm(picture, pt_render_pixels(r), SIZE, SIZE, 0);
+        if (i == 0) pt_write_ppm(picture, pt_render_pixels(r), SIZE, SIZE, NULL);
         pt_render_destroy(r);
     }
     printf("%-34s %7.2f s %8.2f M rays/s %7.2f M paths/s   %.1f rays a path\n", name, median(seconds),

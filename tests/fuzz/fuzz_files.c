@@ -1,5 +1,6 @@
-/* The file readers on whatever the fuzzer finds: the first byte picks the reader. What loads must be sound, what is refused
-   must say where, and nothing may leak, read outside, or be freed with another size than it was allocated with.
+/* The file readers and the picture writers on whatever the fuzzer finds: the first byte picks one. What loads must be sound,
+   what is refused must say where, what is bytes must come back as bytes, and nothing may leak, read outside, or be freed with
+   another size than it was allocated with.
        clang -g -O1 -fsanitize=fuzzer,address,undefined -I. tests/fuzz/fuzz_files.c -o fuzz_files -lm -lpthread */
 #define PT_IMPLEMENTATION
 #define PT_STATIC
@@ -29,6 +30,54 @@ static void fuzz_free(void *user, void *ptr, size_t size) {
     free(p);
 }
 
+/* Any floats, in any encoding: written, or refused before a byte is. */
+typedef struct written { size_t size; const uint8_t *expected; size_t expected_size; int same; } written;
+static int count_bytes(void *user, const void *data, size_t size) {
+    written *w = (written *)user;
+    DEMAND(size > 0);
+    if (w->expected && (w->size + size > w->expected_size || memcmp(w->expected + w->size, data, size))) w->same = 0;
+    w->size += size;
+    return 0;
+}
+static void write_image(const uint8_t *data, size_t size) {
+    float pixels[3 * 1024];
+    pt_encoding e;
+    pt_writer w;
+    written n;
+    int width, height, curve, ok;
+    if (size < sizeof e + 2 + 12) return;
+    memcpy(&e.exposure_stops, data, 4);
+    curve = data[4] % 5 - 1;
+    memcpy(&e.curve, &curve, sizeof e.curve);
+    e.bits = data[5] % 4 * 8;                            /* 24 is none */
+    data += 6; size -= 6;
+    if (size > sizeof pixels) size = sizeof pixels;
+    memcpy(pixels, data, size);
+    width = 1 + data[0] % (int)(size / 12);
+    height = (int)(size / 12) / width;
+    ok = e.exposure_stops >= -100 && e.exposure_stops <= 100 && curve >= 0 && curve <= 2 && e.bits != 24;
+    memset(&n, 0, sizeof n);
+    w.write = count_bytes;
+    w.user = &n;
+    DEMAND(pt_write_png_to(&w, pixels, width, height, &e) == (ok ? PT_OK : PT_ERR_ARG) && (n.size > 0) == ok);
+    DEMAND(pt_write_ppm_to(&w, pixels, width, height, &e) == (ok ? PT_OK : PT_ERR_ARG) && (n.size > 0) == ok);
+    DEMAND(pt_write_hdr_to(&w, pixels, width, height) == PT_OK);
+}
+/* A PPM of bytes with the header that we write too must be written again as it was. */
+static void write_again(const pt_image *im, const uint8_t *data, size_t size) {
+    char header[64];
+    pt_writer w;
+    written n;
+    int length = snprintf(header, sizeof header, "P6\n%d %d\n255\n", im->width, im->height);
+    if (size < (size_t)length || memcmp(data, header, (size_t)length)) return;
+    memset(&n, 0, sizeof n);
+    n.expected = data;
+    n.expected_size = (size_t)length + (size_t)im->width * (size_t)im->height * 3;
+    n.same = 1;
+    w.write = count_bytes;
+    w.user = &n;
+    DEMAND(pt_write_ppm_to(&w, im->pixels, im->width, im->height, NULL) == PT_OK && n.same && n.size == n.expected_size);
+}
 static void read_image(const uint8_t *data, size_t size, pt_allocator allocator) {
     pt_image im;
     pt_result r;
@@ -40,6 +89,7 @@ static void read_image(const uint8_t *data, size_t size, pt_allocator allocator)
     DEMAND((r == PT_OK) == (im.pixels != NULL) && (r == PT_OK) == (im.error[0] == 0));
     if (r == PT_OK) {
         DEMAND(im.width > 0 && im.height > 0 && (im.channels == 1 || im.channels == 3));
+        write_again(&im, data, size);
         memcpy(&last, im.pixels + (size_t)im.width * (size_t)im.height * (size_t)im.channels - 1, sizeof last);
     }
     pt_image_free(&im);
@@ -72,7 +122,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     a.free = fuzz_free;
     a.user = &live;
     if (!size) return 0;
-    if (data[0] & 1) read_obj(data + 1, size - 1, a);
+    if (data[0] % 3 == 2) write_image(data + 1, size - 1);
+    else if (data[0] % 3 == 1) read_obj(data + 1, size - 1, a);
     else read_image(data + 1, size - 1, a);
     DEMAND(live == 0);
     return 0;
