@@ -2800,7 +2800,7 @@ typedef struct pti_lobe {
     float row, e, e_mean;                                /* its row; E(wo); the mean of E, or under a layer of 1 - E */
     float fresnel_mean;                                  /* PTI_THIN: of one face */
     float cover, rough;                                  /* PTI_DIFFUSE: how much of albedo lies on it; EON's roughness */
-    pt_bsdf_vtable vtable;
+    const pt_bsdf_vtable *vtable;                        /* PTI_USER_LOBE */
     void *user;
 } pti_lobe;
 
@@ -3027,8 +3027,8 @@ static float pti_through_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
 static float pti_lobe_eval(const pti_lobe *l, const pt_vertex *x, int same_side, pt_vec3 wi, pt_vec3 *f) {
     *f = pt_v3(0, 0, 0);
     if (l->kind == PTI_USER_LOBE) {
-        *f = pti_mul(l->color, l->vtable.eval(l->user, x, wi));
-        return l->vtable.pdf(l->user, x, wi);
+        *f = pti_mul(l->color, l->vtable->eval(l->user, x, wi));
+        return l->vtable->pdf(l->user, x, wi);
     }
     if (l->kind == PTI_LAMBERT) {                        /* needs no frame */
         float p = same_side ? pti_pdf_cosine(pti_dot(l->n, wi)) : 0.0f;
@@ -3093,7 +3093,7 @@ static int pti_lobe_sample(const pti_lobe *l, const pt_vertex *x, uint32_t u, ui
     switch (l->kind) {
     case PTI_USER_LOBE:
         uv[0] = a; uv[1] = b; uv[2] = pti_u01(choice);
-        if (!l->vtable.sample(l->user, x, uv, out)) return 0;
+        if (!l->vtable->sample(l->user, x, uv, out)) return 0;
         out->f = pti_mul(l->color, out->f);
         return 1;
     case PTI_LAMBERT:                                    /* has no frame yet */
@@ -3422,7 +3422,7 @@ static void pti_material_lobes(const pti_material *m, const pt_vertex *x, pt_vec
     case PT_BSDF_NONE:       pti_add_lobe(&s, PTI_PASS, s.weight, pti_luminance(s.weight)); break;
     case PT_BSDF_USER:
         l = pti_add_lobe(&s, PTI_USER_LOBE, s.weight, pti_luminance(s.weight));
-        if (l) { l->vtable = m->vtable; l->user = m->desc.user; }
+        if (l) { l->vtable = &m->vtable; l->user = m->desc.user; }
         break;
     default: pti_shade_diffuse(&s, pti_mul(s.weight, s.d->color), s.d->roughness, 1);
     }
@@ -3449,7 +3449,7 @@ static void pti_surface_at(const pti_material *m, const pt_vertex *x, pti_surfac
         pti_lobe *l = s->lobes + i;
         l->share /= sum;
         if (l->kind >= PTI_PASS) s->delta += l->share;
-        else if (l->kind == PTI_USER_LOBE && l->vtable.delta) s->delta += l->share * pti_unit(l->vtable.delta(l->user, x));
+        else if (l->kind == PTI_USER_LOBE && l->vtable->delta) s->delta += l->share * pti_unit(l->vtable->delta(l->user, x));
     }
 }
 
@@ -3982,7 +3982,8 @@ static void pti_material_flags(pti_material *m, const pti_material *all) {
     m->disperses = (d->abbe > 0 && (d->bsdf == PT_BSDF_DIELECTRIC || d->bsdf == PT_BSDF_PRINCIPLED)) || (mix && (a->disperses || b->disperses));
     m->wants_coordinates = m->varies || d->bsdf == PT_BSDF_USER || d->roughness_y > 0
         || (mix && (a->wants_coordinates || b->wants_coordinates));
-    m->wants_choice = mix ? a->wants_choice || b->wants_choice : d->bsdf != PT_BSDF_DIFFUSE && d->bsdf != PT_BSDF_NONE;
+    m->wants_choice = mix ? a->wants_choice || b->wants_choice : d->bsdf == PT_BSDF_USER || d->bsdf == PT_BSDF_PRINCIPLED
+        || ((d->bsdf == PT_BSDF_CONDUCTOR || d->bsdf == PT_BSDF_DIELECTRIC) && (m->varies || !pti_smooth(pti_roughest(d))));
     m->lobes = (opaque ? 0 : 1) + (mix ? a->lobes + b->lobes : d->bsdf == PT_BSDF_PRINCIPLED ? 7 : d->bsdf == PT_BSDF_DIFFUSE ? 2 : 1);
     if (d->bsdf == PT_BSDF_PRINCIPLED && !d->shade) {    /* fuzz, coat, glass and what shines through are often not there */
         m->lobes -= (d->sheen == 0 && !d->sheen_texture.id) + (d->coat == 0 && !d->coat_texture.id)
