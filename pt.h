@@ -45,7 +45,7 @@
      >>kernel     ray against boxes and triangles for each instruction set; the traversal
      >>texture    pictures and callbacks
      >>bsdf       diffuse, mirror, glass, users' BSDFs
-     >>light      emitters by solid angle, the light tree, environments
+     >>light      emitters by solid angle, the light tree, suns, the sky, environments
      >>scene      adding, checking, committing
      >>mixture    the one density that a path draws its next direction from
      >>path       the estimator
@@ -250,12 +250,28 @@ PT_DEF pt_shape pt_add_box(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *
 PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform *xform);
 PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m);
 
-/* Lights that have no shape. (Every shape whose material emits is a light too.) */
-typedef enum pt_light_kind { PT_LIGHT_ENVIRONMENT } pt_light_kind;
+/* Lights that have no shape. (Every shape whose material emits is a light too.) Each kind reads what stands in its line, and
+   ignores the rest. A scene has one environment or sky, and any number of the others.
+     ENVIRONMENT  texture or radiance, rotate_deg; color is radiance: multiplies the texture and the callback, there zero = 1
+     SUN          direction, radius_deg; color is irradiance in W/m^2 on a surface that faces it. A disk of even radiance,
+                  infinitely far away
+     POINT        position, radius; color is power in W. A real sphere, seen and hit, black but for its light
+     SPOT         position, radius, direction, cone_deg, blend; color is the power of the POINT that is seen through the cone
+     SKY          direction, radius_deg, turbidity; color multiplies, zero = 1. Clear daylight and its sun. The watts are those
+                  that eyes see, 179 lm each: half of what a pyranometer reads */
+typedef enum pt_light_kind {
+    PT_LIGHT_ENVIRONMENT, PT_LIGHT_SUN, PT_LIGHT_POINT, PT_LIGHT_SPOT, PT_LIGHT_SKY
+} pt_light_kind;
 typedef struct pt_light_desc {
-    pt_light_kind kind;                                   /* one environment a scene */
-    pt_vec3 color;                                        /* radiance; multiplies the texture and the callback, there
-                                                             zero = 1 */
+    pt_light_kind kind;
+    pt_vec3 color;                                        /* between 0 and 1e12, as is any radiance that comes of it */
+    pt_vec3 position;                                     /* metres */
+    pt_vec3 direction;                                    /* in which the light travels, of any length; zero = straight down */
+    float radius;                                         /* metres; 0 = 0.01 */
+    float radius_deg;                                     /* angular radius, 0.001 to 90; 0 = 0.2665, the sun's */
+    float cone_deg;                                       /* half angle at which a spot is dark, 0.1 to 90; 0 = 45 */
+    float blend;                                          /* share of that angle in which it fades, 0.001 to 1; 0 = 0.15 */
+    float turbidity;                                      /* haze, 1.8 (very clear) to 10; 0 = 3 */
     pt_texture texture;                                   /* equirectangular: its middle is towards -z, its right
                                                              towards +x */
     float rotate_deg;                                     /* -36000 to 36000, about +y, counter-clockwise seen from above */
@@ -1195,6 +1211,8 @@ static pt_vec3 pti_sample_rect(const pti_rect *r, float S, float u, float v) {
     return pti_to_world(r->frame->x, r->frame->y, r->frame->z, pt_v3((float)x, (float)y, (float)(r->z0 * r->flip)));
 }
 static float pti_pdf_rect(float S) { return 1 / S; }
+
+#define PTI_BELOW_1 (1 - 1.0f / 16777216)                  /* the largest float that is */
 
 /* Piecewise-constant densities on [0,1] and [0,1]^2, by inversion of the running sum (never alias tables, which would tear
    the strata apart). A table of n cells has n + 1 entries from 0 to 1. A density is read off the same table that draws,
@@ -2220,12 +2238,22 @@ static pt_vec3 pti_texture_eval(const pti_texture *t, const pt_vertex *x) {
    than the user's. Its sample draws from two kinds of lobes: smooth ones, whose density eval and pdf tell for any wi, and
    delta lobes (mirrors), which have one direction each and a probability instead of a density. */
 
+/* Which way a material emits: all of it within the inner cone about the axis, none beyond the outer one, smoothstep between
+   them. Cones by 1 - cos; outer 0 = every way alike. */
+typedef struct pti_profile { pt_vec3 axis; float inner, outer; } pti_profile;
+static float pti_profile_at(const pti_profile *p, pt_vec3 w) {
+    pt_vec3 d = pti_sub(w, p->axis);                     /* |d|^2 = 2 (1 - cos) */
+    float k = pti_clamp((p->outer - 0.5f * pti_dot(d, d)) / (p->outer - p->inner), 0, 1);
+    return k * k * (3 - 2 * k);
+}
+
 typedef struct pti_material {
     pt_material_desc desc;
     pt_bsdf_vtable vtable;
     const pti_texture *texture;                          /* set at commit, like the next */
     void *user;                                          /* of the vtable; for built-in BSDFs, the material */
     int emits;
+    pti_profile profile;                                 /* of the emission */
     int wants_coordinates;                               /* somebody may look at u, v and tangent */
 } pti_material;
 
@@ -2236,7 +2264,9 @@ static pt_vec3 pti_material_color(const pti_material *m, const pt_vertex *x) {
     return pti_is_zero3(c) ? t : pti_mul(c, t);
 }
 static pt_vec3 pti_material_emission(const pti_material *m, const pt_vertex *x) {
-    return m->desc.two_sided || pti_dot(x->ng, x->wo) > 0 ? m->desc.emission : pt_v3(0, 0, 0);
+    if (!m->desc.two_sided && !(pti_dot(x->ng, x->wo) > 0)) return pt_v3(0, 0, 0);
+    if (m->profile.outer > 0) return pti_scale(m->desc.emission, pti_profile_at(&m->profile, x->wo));
+    return m->desc.emission;
 }
 static int pti_same_side(const pt_vertex *x, pt_vec3 a, pt_vec3 b) { return pti_dot(x->ng, a) * pti_dot(x->ng, b) > 0; }
 static pt_vec3 pti_facing_normal(const pt_vertex *x) { return pti_dot(x->ns, x->wo) < 0 ? pti_neg(x->ns) : x->ns; }
@@ -2340,8 +2370,9 @@ typedef enum pti_emitter_kind { PTI_TRIANGLE_LIGHT, PTI_RECT_LIGHT, PTI_SPHERE_L
 typedef struct pti_emitter {
     pti_emitter_kind kind;
     int two_sided;
-    pt_vec3 p, e1, e2, n;                                /* corner and edges, unit normal; or centre */
+    pt_vec3 p, e1, e2, n;                                /* corner and edges, unit normal; or centre, and a spot's axis */
     float radius, area;
+    float spot;                                          /* spheres only: 1 - cos of the cone that all light stays in, or 0 */
     float luminance;                                     /* of its radiance */
     pti_rect_frame frame;                                /* rectangles only */
 } pti_emitter;
@@ -2350,7 +2381,7 @@ static pti_emitter pti_emitter_flat(pti_emitter_kind kind, pt_vec3 p, pt_vec3 e1
                                     int two_sided) {
     pti_emitter e;
     e.frame = pti_rect_frame_of(e1, e2);
-    e.kind = kind; e.p = p; e.e1 = e1; e.e2 = e2; e.luminance = luminance; e.two_sided = two_sided; e.radius = 0;
+    e.kind = kind; e.p = p; e.e1 = e1; e.e2 = e2; e.luminance = luminance; e.two_sided = two_sided; e.radius = e.spot = 0;
     e.n = pti_cross(e1, e2);
     e.area = pti_length(e.n) * (kind == PTI_RECT_LIGHT ? 1.0f : 0.5f);
     e.n = pti_normalize(e.n);
@@ -2375,10 +2406,17 @@ static pti_bounds pti_emitter_bounds(const pti_emitter *e) {
     if (e->kind == PTI_RECT_LIGHT) pti_bounds_point(&b, pti_add(pti_add(e->p, e->e1), e->e2));
     return b;
 }
+/* Is p where a spot's light may come, d from its centre? All cones about its axis whose tips lie in the sphere fill one
+   cone, whose tip is radius / sin further back. */
+static int pti_emitter_spot_meets(const pti_emitter *e, pt_vec3 d) {
+    d = pti_madd(e->n, e->radius / sqrtf(e->spot * (2 - e->spot)), d);
+    return pti_dot(d, e->n) >= (1 - e->spot) * pti_length(d);
+}
 /* Does it shine on p at all? */
 static int pti_emitter_faces(const pti_emitter *e, pt_vec3 p) {
     pt_vec3 d = pti_sub(p, e->p);
     float side = e->kind == PTI_SPHERE_LIGHT ? pti_dot(d, d) - e->radius * e->radius : pti_dot(d, e->n);
+    if (e->spot > 0 && !pti_emitter_spot_meets(e, d)) return 0;
     return side > 0 || (e->two_sided && side < 0);
 }
 
@@ -2590,17 +2628,168 @@ static float pti_lights_irradiance(const pti_lights *l, pt_vec3 p) {
     return pti_light_importance(l, 0, p) * (1 / (4 * PTI_PI));
 }
 
+/* A sun: a disk at infinity, of even radiance L. A surface that faces it gets, for the angular radius r,
+       E = pi sin^2 r L,
+   and the disk is drawn as a cone, p = 1 / (2 pi (1 - cos r)). */
+typedef struct pti_sun {
+    pt_vec3 axis, radiance;                              /* axis: towards it */
+    float one_minus_cos;
+    float share;                                         /* of the density of all that is infinitely far away */
+} pti_sun;
+
+static pti_sun pti_sun_of(pt_vec3 axis, float radius_deg, pt_vec3 irradiance) {
+    pti_sun s;
+    float sine, cosine;
+    pti_sincos(radius_deg * (PTI_PI / 360), &sine, &cosine);
+    s.one_minus_cos = 2 * sine * sine;                   /* 1 - cos r = 2 sin^2(r/2), sin r = 2 sin(r/2) cos(r/2) */
+    sine *= 2 * cosine;
+    s.radiance = pti_scale(irradiance, 1 / (PTI_PI * sine * sine));
+    s.axis = axis;
+    s.share = 0;
+    return s;
+}
+static float pti_sun_irradiance(const pti_sun *s) {
+    return PTI_PI * s->one_minus_cos * (2 - s->one_minus_cos) * pti_luminance(s->radiance);
+}
+static int pti_sun_holds(const pti_sun *s, pt_vec3 wi) {
+    pt_vec3 d = pti_sub(wi, s->axis);
+    return pti_dot(d, d) <= 2 * s->one_minus_cos;
+}
+static int pti_sun_sample(const pti_sun *s, float u, float v, pt_vec3 *wi) {   /* 0: rounded out of the disk */
+    pt_vec3 t, b;
+    pti_basis(s->axis, &t, &b);
+    *wi = pti_normalize(pti_to_world(t, b, s->axis, pti_sample_cone(s->one_minus_cos, u, v)));
+    return pti_sun_holds(s, *wi);
+}
+static float pti_sun_pdf(const pti_sun *s, pt_vec3 wi) {
+    return pti_sun_holds(s, wi) ? pti_pdf_cone(s->one_minus_cos) : 0.0f;
+}
+
+/* Clear daylight (Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight"). Luminance Y and chromaticity
+   x, y of the sky are each a value at the zenith times F(theta, gamma) / F(0, theta_s), where (Perez et al. 1993)
+       F(theta, gamma) = (1 + A e^(B / cos theta)) (1 + C e^(D gamma) + E cos^2 gamma),
+   theta is the angle from the zenith, theta_s the sun's, gamma that between the two, and A to E are linear in the turbidity.
+   Luminance becomes radiance by 179 lm/W, the efficacy of white light over the wavelengths that eyes see; all colours here
+   are what eyes see, and the infrared, half of the sun's watts, has no channel. (683 lm/W would be right for 555 nm alone.)
+
+   The paper ends where the sun sets. Beyond, its last sky is dimmed by e^-0.9 a degree, which is how fast twilight goes
+   (700 lx at sunset, 3 lx with the sun 6 degrees below the horizon). Below the horizon there is ground of albedo 0.2, lit by
+   the sky and the sun; it comes out of the horizon's haze within 6 degrees, so that a floor that ends before the horizon
+   shows no edge there. */
+#define PTI_DAYLIGHT_EFFICACY 179.0f
+typedef struct pti_perez { float a, b, c, d, e, scale; } pti_perez;
+typedef struct pti_sky {
+    pt_vec3 sun;                                         /* towards it */
+    pti_perez Y, x, y;
+    pt_vec3 ground;                                      /* radiance */
+} pti_sky;
+
+static float pti_perez_shape(const pti_perez *p, float cos_theta, float cos_gamma, float gamma) {
+    return (1 + p->a * pti_exp(p->b / cos_theta)) * (1 + p->c * pti_exp(p->d * gamma) + p->e * cos_gamma * cos_gamma);
+}
+/* c: two coefficients for each of A to E; zenith: the value there. */
+static pti_perez pti_perez_of(const float c[10], float turbidity, float theta_s, float zenith) {
+    pti_perez p;
+    float s, cosine;
+    p.a = c[0] * turbidity + c[1]; p.b = c[2] * turbidity + c[3]; p.c = c[4] * turbidity + c[5];
+    p.d = c[6] * turbidity + c[7]; p.e = c[8] * turbidity + c[9];
+    pti_sincos(theta_s, &s, &cosine);
+    p.scale = zenith / pti_perez_shape(&p, 1, cosine, theta_s);
+    return p;
+}
+/* Chromaticity at the zenith: (T^2, T, 1) m (theta_s^3, theta_s^2, theta_s, 1). */
+static float pti_zenith_chromaticity(const float m[12], float T, float theta_s) {
+    float row[3];
+    int k;
+    for (k = 0; k < 3; k++, m += 4) row[k] = ((m[0] * theta_s + m[1]) * theta_s + m[2]) * theta_s + m[3];
+    return (row[0] * T + row[1]) * T + row[2];
+}
+static pt_vec3 pti_xyY_to_rgb(float x, float y, float Y) {         /* Rec. 709; what no such light could be is clipped */
+    float X = Y * x / y, Z = Y * (1 - x - y) / y;
+    return pti_max3(pt_v3(0, 0, 0), pt_v3(3.2404542f * X - 1.5371385f * Y - 0.4985314f * Z,
+        -0.9692660f * X + 1.8760108f * Y + 0.0415560f * Z, 0.0556434f * X - 0.2040259f * Y + 1.0572252f * Z));
+}
+static pt_vec3 pti_sky_above(const pti_sky *k, pt_vec3 d) {
+    float cos_theta = pti_max(d.y, 0.001f), cos_gamma = pti_clamp(pti_dot(d, k->sun), -1, 1), gamma = pti_acos(cos_gamma);
+    return pti_xyY_to_rgb(k->x.scale * pti_perez_shape(&k->x, cos_theta, cos_gamma, gamma),
+                          k->y.scale * pti_perez_shape(&k->y, cos_theta, cos_gamma, gamma),
+                          k->Y.scale * pti_perez_shape(&k->Y, cos_theta, cos_gamma, gamma));
+}
+static pt_vec3 pti_sky_radiance(void *sky, pt_vec3 d) {
+    const pti_sky *k = (const pti_sky *)sky;
+    float haze = pti_clamp(1 + d.y * 10, 0, 1);          /* above the horizon 1 */
+    pt_vec3 L = pti_sky_above(k, d.y < 0 ? pti_normalize(pt_v3(d.x, 0, d.z)) : d);
+    haze = haze * haze * (3 - 2 * haze);
+    return haze < 1 ? pti_madd(L, haze, pti_scale(k->ground, 1 - haze)) : L;
+}
+/* Irradiance from the sun itself: beyond the air, 133.1 klx of a black body at 5772 K; then thinned along the way, m times as
+   long as straight up, by what is in the air (all from the paper's appendix):
+       exp(-m (0.008735 l^-4.08  (molecules)  +  beta l^-1.3  (haze)  +  0.35 k_o  (ozone))),   wavelength l in micrometres.
+   One wavelength a channel, the one that comes closest to the integral over the spectrum: to 1 % of it at m = 1 to 5. The
+   paper's gases and water absorb where eyes hardly see. */
+static pt_vec3 pti_sky_sun(float turbidity, float theta_s) {
+    static const float wavelength[3] = { 0.636f, 0.544f, 0.442f }, ozone[3] = { 0.11f, 0.08f, 0.005f };
+    static const float outside[3] = { 1.108f, 0.977f, 0.911f };        /* the colour of the black body, of luminance 1 */
+    float degrees = theta_s * (180 / PTI_PI), beta = 0.04608f * turbidity - 0.04586f, E[3], m, s, c;
+    int k;
+    pti_sincos(theta_s, &s, &c);
+    if (!(c > 0)) return pt_v3(0, 0, 0);                 /* it has set */
+    m = 1 / (c + 0.15f * pti_pow(93.885f - degrees, -1.253f));
+    for (k = 0; k < 3; k++)
+        E[k] = (133100 / PTI_DAYLIGHT_EFFICACY) * outside[k] * pti_exp(-m * (0.008735f * pti_pow(wavelength[k], -4.08f)
+             + beta * pti_pow(wavelength[k], -1.3f) + 0.35f * ozone[k]));
+    return pt_v3(E[0], E[1], E[2]);
+}
+static pt_vec3 pti_sky_irradiance(const pti_sky *k) {    /* on level ground, without the sun */
+    pt_vec3 sum = pt_v3(0, 0, 0), d;
+    int i, n = 32;
+    for (i = 0; i < n * n; i++) {
+        d = pti_sample_cosine(((float)(i % n) + 0.5f) / (float)n, ((float)(i / n) + 0.5f) / (float)n);
+        sum = pti_add(sum, pti_sky_above(k, pt_v3(d.x, d.z, d.y)));
+    }
+    return pti_scale(sum, PTI_PI / (float)(n * n));
+}
+static pti_sky pti_sky_of(pt_vec3 sun, float turbidity, pt_vec3 *sunlight) {
+    static const float perez[3][10] = {                  /* Y, x, y: A, B, C, D, E, each a T + b */
+        { 0.1787f, -1.4630f, -0.3554f, 0.4275f, -0.0227f, 5.3251f, 0.1206f, -2.5771f, -0.0670f, 0.3703f },
+        { -0.0193f, -0.2592f, -0.0665f, 0.0008f, -0.0004f, 0.2125f, -0.0641f, -0.8989f, -0.0033f, 0.0452f },
+        { -0.0167f, -0.2608f, -0.0950f, 0.0092f, -0.0079f, 0.2102f, -0.0441f, -1.6537f, -0.0109f, 0.0529f } };
+    static const float zenith_x[12] = { 0.00166f, -0.00375f, 0.00209f, 0, -0.02903f, 0.06377f, -0.03202f, 0.00394f,
+                                        0.11693f, -0.21196f, 0.06052f, 0.25886f };
+    static const float zenith_y[12] = { 0.00275f, -0.00610f, 0.00317f, 0, -0.04214f, 0.08970f, -0.04153f, 0.00516f,
+                                        0.15346f, -0.26756f, 0.06670f, 0.26688f };
+    pti_sky k;
+    float T = turbidity, true_theta = pti_acos(sun.y), theta = pti_min(true_theta, PTI_PI / 2), chi, s, c, dim, Y;
+    chi = (4.0f / 9 - T / 120) * (PTI_PI - 2 * theta);
+    pti_sincos(chi, &s, &c);
+    dim = pti_exp(-0.9f * (true_theta - theta) * (180 / PTI_PI));
+    Y = ((4.0453f * T - 4.9710f) * s / c - 0.2155f * T + 2.4192f) * 1000;      /* the paper counts in kcd/m^2 */
+    k.sun = sun;
+    k.Y = pti_perez_of(perez[0], T, theta, Y * dim / PTI_DAYLIGHT_EFFICACY);
+    k.x = pti_perez_of(perez[1], T, theta, pti_zenith_chromaticity(zenith_x, T, theta));
+    k.y = pti_perez_of(perez[2], T, theta, pti_zenith_chromaticity(zenith_y, T, theta));
+    *sunlight = pti_sky_sun(T, true_theta);
+    k.ground = pti_scale(pti_madd(*sunlight, pti_max(sun.y, 0), pti_sky_irradiance(&k)), 0.2f / PTI_PI);
+    return k;
+}
+
 /* The environment: radiance from infinity, drawn from a table over (u, v) of its luminance times sin theta, the area that
-   a cell of the map has on the sphere. A constant one needs no density of its own: the BSDF's is better. */
+   a cell of the map has on the sphere. A constant one needs no density of its own: the BSDF's is better. Suns stand before
+   it and add to it, and the density is the mixture of the map's and of theirs, by irradiance. */
 typedef struct pti_environment {
-    int present, textured;                               /* textured: by picture or by callback */
+    int present, textured;                               /* textured: by picture, by callback or by sky */
     pt_vec3 color;
     const pti_texture *texture;
     pt_vec3 (*radiance)(void *user, pt_vec3 dir);
     void *user;
     float sine, cosine;                                  /* of the rotation */
     float mean;                                          /* luminance over the sphere */
+    float irradiance;                                    /* luminance of what falls on a surface, map and suns, all of it but
+                                                            a constant environment's */
+    float share;                                         /* of the map in the density */
     pti_table2 table;
+    pti_sun *suns;  size_t sun_count, sun_capacity;
+    pti_sky sky;
 } pti_environment;
 
 /* Direction and place on the map: u to the right from the left border (+z, seen from the middle, -z), v down from +y. */
@@ -2626,19 +2815,39 @@ static pt_vec3 pti_environment_map(const pti_environment *e, pt_vec3 d) {      /
     return pti_mul(e->color, pti_texture_bilinear(e->texture, u, v, 1));
 }
 static pt_vec3 pti_environment_radiance(const pti_environment *e, pt_vec3 wi) {
-    return e->present ? pti_environment_map(e, pti_environment_turn(e, wi, -1)) : pt_v3(0, 0, 0);
+    pt_vec3 L = e->present ? pti_environment_map(e, pti_environment_turn(e, wi, -1)) : pt_v3(0, 0, 0);
+    size_t i;
+    for (i = 0; i < e->sun_count; i++) if (pti_sun_holds(e->suns + i, wi)) L = pti_add(L, e->suns[i].radiance);
+    return L;
 }
-static int pti_environment_sample(const pti_environment *e, float u, float v, pt_vec3 *wi) {
+static int pti_environment_sample_map(const pti_environment *e, float u, float v, pt_vec3 *wi) {
     float x, y;
     pti_sample_table2(&e->table, u, v, &x, &y);
     *wi = pti_normalize(pti_environment_turn(e, pti_uv_to_direction(x, y), 1));
     return 1;
 }
-static float pti_environment_pdf(const pti_environment *e, pt_vec3 wi) {       /* p(u,v) over |d wi / d(u,v)| */
+static float pti_environment_pdf_map(const pti_environment *e, pt_vec3 wi) {   /* p(u,v) over |d wi / d(u,v)| */
     float u, v, sine = pti_max(sqrtf(wi.x * wi.x + wi.z * wi.z), 1e-10f);
     pti_direction_to_uv(pti_environment_turn(e, wi, -1), &u, &v);
     return pti_pdf_table2(&e->table, u, v) / (2 * PTI_PI * PTI_PI * sine);
 }
+/* u decides for a part, and is stretched to be whole again. */
+static int pti_environment_sample(const pti_environment *e, float u, float v, pt_vec3 *wi) {
+    const pti_sun *s = e->suns, *last = e->suns + e->sun_count;
+    if (e->sun_count == 0) return pti_environment_sample_map(e, u, v, wi);
+    if (u < e->share) return pti_environment_sample_map(e, pti_min(u / e->share, PTI_BELOW_1), v, wi);
+    for (u -= e->share; s + 1 < last && u >= s->share; s++) u -= s->share;
+    return pti_sun_sample(s, s->share > 0 ? pti_min(u / s->share, PTI_BELOW_1) : u, v, wi);
+}
+static float pti_environment_pdf(const pti_environment *e, pt_vec3 wi) {
+    float p = e->share > 0 ? e->share * pti_environment_pdf_map(e, wi) : 0.0f;
+    size_t i;
+    for (i = 0; i < e->sun_count; i++) p += e->suns[i].share * pti_sun_pdf(e->suns + i, wi);
+    return p;
+}
+/* An estimate of the light that falls on a surface out there, per unit area; 0 if the density has nothing to draw. */
+static float pti_environment_irradiance(const pti_environment *e) { return e->irradiance; }
+
 /* Luminance of a cell, never 0 where the bilinear map is not: a tent over 3 x 3 points, from border to border. */
 static float pti_environment_cell(const pti_environment *e, int x, int y) {
     float sum = 0, l;
@@ -2658,8 +2867,19 @@ static void pti_environment_free(pti_environment *e, const pt_allocator *a) {
     pti_free(a, e->table.rows, (size_t)e->table.height + 1, sizeof(float));
     pti_free(a, e->table.cells, ((size_t)e->table.width + 1) * (size_t)e->table.height, sizeof(float));
     memset(&e->table, 0, sizeof e->table);
+    pti_free(a, e->suns, e->sun_capacity, sizeof *e->suns);
 }
-static int pti_environment_build(pti_environment *e, const pt_allocator *a) {  /* 0 when out of memory */
+/* Shares by irradiance, but never less than a quarter for the map: in the shade of the suns it is all the light. */
+static void pti_environment_shares(pti_environment *e) {
+    float map = e->textured ? PTI_PI * e->mean : 0.0f, suns = 0;
+    size_t i;
+    for (i = 0; i < e->sun_count; i++) suns += pti_sun_irradiance(e->suns + i);
+    e->irradiance = map + suns;
+    e->share = suns > 0 ? map > 0 ? pti_max(map / (map + suns), 0.25f) : 0.0f : e->textured ? 1.0f : 0.0f;
+    for (i = 0; i < e->sun_count && suns > 0; i++)
+        e->suns[i].share = (1 - e->share) * (pti_sun_irradiance(e->suns + i) / suns);
+}
+static int pti_environment_build_map(pti_environment *e, const pt_allocator *a) {  /* 0 when out of memory */
     pti_table2 *t = &e->table;
     float *row, *cell, s, c;
     double total = 0, weight = 0;
@@ -2689,6 +2909,11 @@ static int pti_environment_build(pti_environment *e, const pt_allocator *a) {  /
     pti_free(a, cell, (size_t)t->width, sizeof(float));
     return t->rows && t->cells && row && cell;
 }
+static int pti_environment_build(pti_environment *e, const pt_allocator *a) {
+    int fine = pti_environment_build_map(e, a);
+    pti_environment_shares(e);
+    return fine;
+}
 
 /* ---- >>scene -------------------------------------------------------------------------------------------
    Where all that comes in is checked and kept. Nothing below this chapter meets an index out of range, nor a
@@ -2706,6 +2931,8 @@ struct pt_scene {
     pti_lights lights;
     pti_environment environment;
     pt_texture environment_texture;
+    uint32_t light_count;                                /* added by pt_add_light */
+    int has_spots;
 };
 
 #define PTI_MAX_COORDINATE 1e12f
@@ -2781,7 +3008,7 @@ PT_DEF void pt_scene_destroy(pt_scene *s) {
 }
 PT_DEF const char *pt_scene_error(const pt_scene *s) { return s ? s->error.text : "out of memory for the scene"; }
 
-/* ---- materials, textures, densities, lights */
+/* ---- materials, textures, densities */
 
 static pti_material *pti_material_slot(pt_scene *s) {
     void *array = s->materials;
@@ -2910,51 +3137,6 @@ PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d) {
     *slot = *d;
     if (!(slot->weight > 0)) slot->weight = 0.25f;
     id.id = (uint32_t)s->density_count;
-    return id;
-}
-
-/* A sky that the film could not take would come out black. */
-static int pti_check_map(pt_scene *s, const pti_texture *t) {
-    int x, y;
-    for (y = 0; y < t->height; y++)
-        for (x = 0; x < t->width; x++) {
-            pt_vec3 c = pti_texel(t, x, y);
-            if (c.x >= 0 && c.y >= 0 && c.z >= 0 && pti_in_range3(c)) continue;
-            pti_fail(&s->error, PT_ERR_ARG, "pt_add_light: pixel (%d, %d) of the environment must be between 0 and 1e12 "
-                     "(it is %g %g %g)", x, y, (double)c.x, (double)c.y, (double)c.z);
-            return 0;
-        }
-    return 1;
-}
-PTI_NOINLINE pt_light pti_add_light_ieee(pt_scene *s, const pt_light_desc *d) {
-    const char *call = "pt_add_light";
-    pt_light id = { 0 };
-    pti_environment *e;
-    if (!pti_scene_open(s, call, d)) return id;
-    e = &s->environment;
-    if (!pti_check(s, d->kind == PT_LIGHT_ENVIRONMENT, call, "kind is no pt_light_kind", (float)d->kind)
-        || !pti_require(s, !e->present, call, "the scene has an environment already")
-        || !pti_check3(s, d->color.x >= 0 && d->color.y >= 0 && d->color.z >= 0 && pti_in_range3(d->color), call,
-                       "color must be between 0 and 1e12", d->color)
-        || !pti_check(s, fabsf(d->rotate_deg) <= 36000, call, "rotate_deg must be within 36000", d->rotate_deg)
-        || !pti_check_id(s, d->texture.id, s->texture_count, call, "texture")
-        || !pti_check(s, !d->texture.id || !s->textures[d->texture.id - 1].eval, call,
-                      "an environment's texture must have pixels; for a callback, see radiance", (float)d->texture.id)
-        || (d->texture.id && !pti_check_map(s, s->textures + (d->texture.id - 1)))) return id;
-    e->present = 1;
-    e->color = d->color;
-    e->radiance = d->radiance; e->user = d->user;
-    e->textured = d->texture.id || d->radiance;
-    if (e->textured && pti_is_zero3(e->color)) e->color = pt_v3(1, 1, 1);
-    s->environment_texture = d->texture;
-    pti_sincos(d->rotate_deg * (PTI_PI / 180), &e->sine, &e->cosine);
-    id.id = 1;
-    return id;
-}
-PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d) {
-    pti_fpmode mode = pti_fpmode_enter();
-    pt_light id = pti_add_light_ieee(s, d);
-    pti_fpmode_leave(mode);
     return id;
 }
 
@@ -3168,7 +3350,8 @@ PTI_NOINLINE pt_shape pti_add_instance_ieee(pt_scene *s, const pt_scene *of, con
     if (!pti_scene_open(s, call, of)
         || !pti_require(s, of != s, call, "a scene can not contain itself")
         || !pti_require(s, of->committed, call, "commit the scene before you place it")
-        || !pti_require(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself"))
+        || !pti_require(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself")
+        || !pti_require(s, !of->has_spots, call, "a scene with spots can not be placed: their axes would not turn"))
         return none;
     for (i = 0; i < 12; i++)
         if (!pti_check(s, pti_in_range(x.m[i]), call, "xform must be finite and below 1e12", x.m[i])) return none;
@@ -3208,6 +3391,132 @@ PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *u
     shape->as.user.lo = lo;
     shape->as.user.hi = hi;
     return pti_last_shape(s);
+}
+
+/* ---- lights without a shape */
+
+/* A sky that the film could not take would come out black. */
+static int pti_check_map(pt_scene *s, const pti_texture *t) {
+    int x, y;
+    for (y = 0; y < t->height; y++)
+        for (x = 0; x < t->width; x++) {
+            pt_vec3 c = pti_texel(t, x, y);
+            if (c.x >= 0 && c.y >= 0 && c.z >= 0 && pti_in_range3(c)) continue;
+            pti_fail(&s->error, PT_ERR_ARG, "pt_add_light: pixel (%d, %d) of the environment must be between 0 and 1e12 "
+                     "(it is %g %g %g)", x, y, (double)c.x, (double)c.y, (double)c.z);
+            return 0;
+        }
+    return 1;
+}
+static int pti_add_environment(pt_scene *s, const pt_light_desc *d) {
+    const char *call = "pt_add_light";
+    pti_environment *e = &s->environment;
+    if (!pti_check(s, fabsf(d->rotate_deg) <= 36000, call, "rotate_deg must be within 36000", d->rotate_deg)
+        || !pti_check_id(s, d->texture.id, s->texture_count, call, "texture")
+        || !pti_check(s, !d->texture.id || !s->textures[d->texture.id - 1].eval, call,
+                      "an environment's texture must have pixels; for a callback, see radiance", (float)d->texture.id)
+        || (d->texture.id && !pti_check_map(s, s->textures + (d->texture.id - 1)))) return 0;
+    e->radiance = d->radiance; e->user = d->user;
+    e->textured = d->texture.id || d->radiance;
+    s->environment_texture = d->texture;
+    pti_sincos(d->rotate_deg * (PTI_PI / 180), &e->sine, &e->cosine);
+    return 1;
+}
+static pt_vec3 pti_light_direction(const pt_light_desc *d) {
+    return pti_is_zero3(d->direction) ? pt_v3(0, -1, 0) : pti_normalize(d->direction);
+}
+static int pti_add_sun(pt_scene *s, const pt_light_desc *d, pt_vec3 irradiance) {
+    const char *call = "pt_add_light";
+    void *array = s->environment.suns;
+    pti_sun sun, *slot;
+    if (!pti_check(s, d->radius_deg == 0 || (d->radius_deg >= 0.001f && d->radius_deg <= 90), call,
+                   "radius_deg must be 0.001 to 90, or 0 for the sun's 0.2665", d->radius_deg)) return 0;
+    sun = pti_sun_of(pti_neg(pti_light_direction(d)), d->radius_deg > 0 ? d->radius_deg : 0.2665f, irradiance);
+    if (!pti_check3(s, pti_in_range3(sun.radiance), call, "color is too bright for so small a disk: its radiance must be "
+                    "below 1e12", sun.radiance)) return 0;
+    if (pti_is_zero3(irradiance)) return 1;              /* below the horizon, or black */
+    slot = (pti_sun *)pti_scene_slot(s, &array, &s->environment.sun_count, &s->environment.sun_capacity, sizeof *slot);
+    s->environment.suns = (pti_sun *)array;
+    if (!slot) return 0;
+    *slot = sun;
+    return 1;
+}
+static int pti_add_sky(pt_scene *s, const pt_light_desc *d) {
+    pti_environment *e = &s->environment;
+    pt_vec3 sunlight;
+    if (!pti_check(s, d->turbidity == 0 || (d->turbidity >= 1.8f && d->turbidity <= 10), "pt_add_light",
+                   "turbidity must be 1.8 to 10, or 0 for 3", d->turbidity)) return 0;
+    e->sky = pti_sky_of(pti_neg(pti_light_direction(d)), d->turbidity > 0 ? d->turbidity : 3.0f, &sunlight);
+    e->radiance = pti_sky_radiance; e->user = &e->sky;
+    e->textured = 1;
+    e->cosine = 1;
+    return pti_add_sun(s, d, pti_mul(e->color, sunlight));
+}
+/* A sphere of radiance L has the power 4 pi r^2 pi L. */
+static int pti_add_bulb(pt_scene *s, const pt_light_desc *d, int spot) {
+    const char *call = "pt_add_light";
+    float radius = d->radius > 0 ? d->radius : 0.01f, cone = d->cone_deg > 0 ? d->cone_deg : 45.0f;
+    float blend = d->blend > 0 ? d->blend : 0.15f, sine, cosine;
+    pt_material_desc black;
+    pt_material id;
+    pti_profile *profile;
+    memset(&black, 0, sizeof black);
+    black.emission = pti_scale(d->color, 1 / (4 * PTI_PI * PTI_PI * radius * radius));
+    if (!pti_check3(s, pti_in_range3(d->position), call, "position must be finite and below 1e12", d->position)
+        || !pti_check(s, d->radius >= 0 && pti_in_range(d->radius), call, "radius must be between 0 and 1e12", d->radius)
+        || !pti_check3(s, pti_in_range3(black.emission), call, "color is too bright for so small a sphere: its radiance must "
+                       "be below 1e12", black.emission)
+        || (spot && !(pti_check(s, cone >= 0.1f && cone <= 90 && d->cone_deg >= 0, call,
+                                "cone_deg must be 0.1 to 90, or 0 for 45", d->cone_deg)
+                      && pti_check(s, d->blend == 0 || (d->blend >= 0.001f && d->blend <= 1), call,
+                                   "blend must be 0.001 to 1, or 0 for 0.15", d->blend))))
+        return 0;
+    id = pt_add_material(s, &black);
+    if (!id.id) return 0;
+    if (spot) {
+        s->has_spots = 1;
+        profile = &s->materials[id.id].profile;
+        profile->axis = pti_light_direction(d);
+        pti_sincos(cone * (PTI_PI / 360), &sine, &cosine);
+        profile->outer = 2 * sine * sine;
+        pti_sincos(cone * (1 - blend) * (PTI_PI / 360), &sine, &cosine);
+        profile->inner = 2 * sine * sine;
+    }
+    return pt_add_sphere(s, d->position, radius, id).id != 0;
+}
+PTI_NOINLINE pt_light pti_add_light_ieee(pt_scene *s, const pt_light_desc *d) {
+    const char *call = "pt_add_light";
+    pt_light id = { 0 };
+    int sky, fine;
+    if (!pti_scene_open(s, call, d)
+        || !pti_check(s, d->kind >= PT_LIGHT_ENVIRONMENT && d->kind <= PT_LIGHT_SKY, call, "kind is no pt_light_kind",
+                      (float)d->kind)
+        || !pti_check3(s, d->color.x >= 0 && d->color.y >= 0 && d->color.z >= 0 && pti_in_range3(d->color), call,
+                       "color must be between 0 and 1e12", d->color)) return id;
+    sky = d->kind == PT_LIGHT_ENVIRONMENT || d->kind == PT_LIGHT_SKY;
+    if ((sky && !pti_require(s, !s->environment.present, call, "the scene has an environment already"))
+        || (d->kind != PT_LIGHT_ENVIRONMENT && d->kind != PT_LIGHT_POINT
+            && !pti_check3(s, pti_in_range3(d->direction), call, "direction must be finite and below 1e12", d->direction)))
+        return id;
+    if (sky) {
+        int multiplies = d->kind == PT_LIGHT_SKY || d->texture.id || d->radiance;
+        s->environment.color = multiplies && pti_is_zero3(d->color) ? pt_v3(1, 1, 1) : d->color;
+    }
+    switch (d->kind) {
+    case PT_LIGHT_ENVIRONMENT: fine = pti_add_environment(s, d); break;
+    case PT_LIGHT_SUN:         fine = pti_add_sun(s, d, d->color); break;
+    case PT_LIGHT_SKY:         fine = pti_add_sky(s, d); break;
+    default:                   fine = pti_add_bulb(s, d, d->kind == PT_LIGHT_SPOT); break;
+    }
+    s->environment.present |= sky && fine;
+    if (fine) id.id = ++s->light_count;
+    return id;
+}
+PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_light id = pti_add_light_ieee(s, d);
+    pti_fpmode_leave(mode);
+    return id;
 }
 
 /* ---- commit: emitters are found, then the trees are built */
@@ -3275,9 +3584,12 @@ static int pti_collect_emitters(pt_scene *s, const pt_scene *from, const pti_ins
             if (!pti_emitters_of_mesh(s, shape, luminance, m->desc.two_sided, in)) return 0;
         } else if (shape->kind == PTI_SPHERE && m->emits) {
             pt_vec3 c = shape->as.sphere.center;
+            pti_emitter e;
             if (in) { c = pti_xform_point(&in->to_world, c); scale = pti_xform_uniform_scale(&in->to_world); }
-            if (!pti_emitter_add(s, pti_emitter_sphere(c, shape->as.sphere.radius * scale, luminance, m->desc.two_sided)))
-                return 0;
+            e = pti_emitter_sphere(c, shape->as.sphere.radius * scale, luminance, m->desc.two_sided);
+            e.n = m->profile.axis;
+            e.spot = m->profile.outer;
+            if (!pti_emitter_add(s, e)) return 0;
         }
     }
     return 1;
@@ -3370,7 +3682,7 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pt_vertex *x, const p
     mix.bsdf = 1; mix.lights = mix.environment = mix.users = 0;
     if (pti_material_delta(m, x) >= 1) return mix;
     from_lights = pti_lights_irradiance(&s->lights, x->p);
-    from_sky = s->environment.textured ? PTI_PI * s->environment.mean : 0.0f;
+    from_sky = pti_environment_irradiance(&s->environment);
     if (automatic) {                                     /* half for the BSDF, which bounds f / p; half for the light */
         rest = from_lights + from_sky;
         if (rest > 0) { mix.lights = 0.5f * from_lights / rest; mix.environment = 0.5f * from_sky / rest; }
