@@ -2406,11 +2406,12 @@ static pti_bounds pti_emitter_bounds(const pti_emitter *e) {
     if (e->kind == PTI_RECT_LIGHT) pti_bounds_point(&b, pti_add(pti_add(e->p, e->e1), e->e2));
     return b;
 }
-/* Is p where a spot's light may come, d from its centre? All cones about its axis whose tips lie in the sphere fill one
-   cone, whose tip is radius / sin further back. */
+/* Is p where a spot's light may come, d from its centre? All cones about its axis whose tips lie in the sphere, together:
+   nowhere behind it, and no further off their side than the radius. A little more, for rounding. */
 static int pti_emitter_spot_meets(const pti_emitter *e, pt_vec3 d) {
-    d = pti_madd(e->n, e->radius / sqrtf(e->spot * (2 - e->spot)), d);
-    return pti_dot(d, e->n) >= (1 - e->spot) * pti_length(d);
+    float along = pti_dot(d, e->n), off = pti_length(pti_madd(e->n, -along, d)), sine = sqrtf(e->spot * (2 - e->spot));
+    float room = e->radius + 1e-6f * (fabsf(along) + off);
+    return along >= -room && off * (1 - e->spot) - along * sine <= room;
 }
 /* Does it shine on p at all? */
 static int pti_emitter_faces(const pti_emitter *e, pt_vec3 p) {
