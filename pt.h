@@ -257,8 +257,8 @@ PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *u
                   infinitely far away
      POINT        position, radius; color is power in W. A real sphere, seen and hit, black but for its light
      SPOT         position, radius, direction, cone_deg, blend; color is the power of the POINT that is seen through the cone
-     SKY          direction, radius_deg, turbidity; color multiplies, zero = 1. Clear daylight and its sun. The watts are those
-                  that eyes see, 179 lm each: half of what a pyranometer reads */
+     SKY          direction, radius_deg, turbidity; color multiplies, zero = 1. Cloudless daylight or dusk, and the sun; takes
+                  a tenth of a second. Its watts are those that eyes see, 179 lm each: half of what a pyranometer reads */
 typedef enum pt_light_kind {
     PT_LIGHT_ENVIRONMENT, PT_LIGHT_SUN, PT_LIGHT_POINT, PT_LIGHT_SPOT, PT_LIGHT_SKY
 } pt_light_kind;
@@ -266,7 +266,7 @@ typedef struct pt_light_desc {
     pt_light_kind kind;
     pt_vec3 color;                                        /* between 0 and 1e12, as is any radiance that comes of it */
     pt_vec3 position;                                     /* metres */
-    pt_vec3 direction;                                    /* in which the light travels, of any length; zero = straight down */
+    pt_vec3 direction;                                    /* in which the light goes, of any length; zero = straight down */
     float radius;                                         /* metres; 0 = 0.01 */
     float radius_deg;                                     /* angular radius, 0.001 to 90; 0 = 0.2665, the sun's */
     float cone_deg;                                       /* half angle at which a spot is dark, 0.1 to 90; 0 = 45 */
@@ -2666,119 +2666,171 @@ static float pti_sun_pdf(const pti_sun *s, pt_vec3 wi) {
     return pti_sun_holds(s, wi) ? pti_pdf_cone(s->one_minus_cos) : 0.0f;
 }
 
-/* Clear daylight (Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight"). Luminance Y and chromaticity
-   x, y of the sky are each a value at the zenith times F(theta, gamma) / F(0, theta_s), where (Perez et al. 1993)
-       F(theta, gamma) = (1 + A e^(B / cos theta)) (1 + C e^(D gamma) + E cos^2 gamma),
-   theta is the angle from the zenith, theta_s the sun's, gamma that between the two, and A to E are linear in the turbidity.
-   Luminance becomes radiance by 179 lm/W, the efficacy of white light over the wavelengths that eyes see; all colours here
-   are what eyes see, and the infrared, half of the sun's watts, has no channel. (683 lm/W would be right for 555 nm alone.)
+/* The sky, as the air makes it: sunlight that molecules and haze scatter, and ozone absorbs, integrated along each direction,
+       L(w) = integral T(t) (s_R p_R + s_H p_H) E_sun T_sun  +  T(t) (s_R + s_H) M  dt,
+   T = exp(-optical depth) from the eye to t, T_sun from there to the sun, s and p the scattering coefficients and the phase
+   functions of molecules (Rayleigh) and haze (Henyey and Greenstein). Light that was scattered more than once has forgotten
+   where it came from: M = L2 / (1 - f), a geometric series, L2 being what comes from all around after two scatterings and f
+   the share of light that is scattered here again (Hillaire 2020, "A Scalable and Production Ready Sky and Atmosphere
+   Rendering Technique"). Unlike formulas fitted to the day (Preetham 1999), this also knows dusk.
 
-   The paper ends where the sun sets. Beyond, its last sky is dimmed by e^-0.9 a degree, which is how fast twilight goes
-   (700 lx at sunset, 3 lx with the sun 6 degrees below the horizon). Below the horizon there is ground of albedo 0.2, lit by
+   Optical depths of air straight up (Preetham, Shirley and Smits 1999, appendix; wavelength l in micrometres, turbidity T):
+       molecules 0.008735 l^-4.08,   haze (0.04608 T - 0.04586) l^-1.3,   ozone 0.35 k_o,
+   at one wavelength a channel, the one that comes closest to the sun's spectrum behind one to five airs, to 1 %. Molecules
+   thin out by e every 8 km, haze every 1.2 km, and ozone lies between 10 and 40 km. Beyond the air, the sun gives 133.1 klx
+   of a black body at 5772 K. 179 lm are a watt: the efficacy of white light over the wavelengths that eyes see. The infrared,
+   half of the sun's watts, has no channel. (683 lm/W would be right for 555 nm alone.) Lengths are kilometres. */
+#define PTI_EARTH 6360.0f
+#define PTI_AIR_TOP 100.0f
+#define PTI_GROUND_ALBEDO 0.2f
+typedef struct pti_air { pt_vec3 molecules, haze, ozone, sun; } pti_air;       /* extinction per km, at the ground or at its
+                                                                                  peak; irradiance beyond the air */
+static pti_air pti_air_of(float turbidity) {
+    static const float wavelength[3] = { 0.636f, 0.544f, 0.442f };
+    float m[3], h[3];
+    pti_air a;
+    int k;
+    for (k = 0; k < 3; k++) {
+        m[k] = 0.008735f * pti_pow(wavelength[k], -4.08f) / 8;
+        h[k] = (0.04608f * turbidity - 0.04586f) * pti_pow(wavelength[k], -1.3f) / 1.2f;
+    }
+    a.molecules = pt_v3(m[0], m[1], m[2]);
+    a.haze = pt_v3(h[0], h[1], h[2]);
+    a.ozone = pti_scale(pt_v3(0.11f, 0.08f, 0.005f), 0.35f / 15);      /* a tent: half of 30 km */
+    a.sun = pti_scale(pt_v3(1.108f, 0.977f, 0.911f), 133100.0f / 179);
+    return a;
+}
+/* A ray from altitude h, mu the cosine of its angle from straight up: its altitude at t, and where it leaves the air. */
+static float pti_air_altitude(float h, float mu, float t) {
+    float above = h * (2 * PTI_EARTH + h) + t * (2 * (PTI_EARTH + h) * mu + t);            /* r^2 - earth^2 */
+    return above / (PTI_EARTH + sqrtf(pti_max(above + PTI_EARTH * PTI_EARTH, 0)));
+}
+static float pti_air_length(float h, float mu, float top) {
+    float b = (PTI_EARTH + h) * mu;
+    return sqrtf(pti_max(b * b + (top - h) * (2 * PTI_EARTH + top + h), 0)) - b;
+}
+static pt_vec3 pti_air_densities(float h) {              /* of molecules, haze and ozone; more and more below the ground */
+    h = pti_max(h, -10);
+    return pt_v3(pti_exp(-h / 8), pti_exp(-h / 1.2f), pti_max(1 - fabsf(h - 25) / 15, 0));
+}
+static pt_vec3 pti_air_extinction(const pti_air *a, pt_vec3 d) {
+    return pti_madd(a->molecules, d.x, pti_madd(a->haze, d.y, pti_scale(a->ozone, d.z)));
+}
+static pt_vec3 pti_air_transmittance(pt_vec3 depth) {
+    return pt_v3(pti_exp(-depth.x), pti_exp(-depth.y), pti_exp(-depth.z));
+}
+/* Of the sun's light, as it comes to altitude h. The ground needs no test: the air in its place is thick enough. */
+static pt_vec3 pti_air_sunlight(const pti_air *a, float h, float mu) {
+    float length = pti_air_length(h, mu, PTI_AIR_TOP);
+    pt_vec3 sum = pt_v3(0, 0, 0);
+    int i, n = 16;
+    for (i = 0; i < n; i++) {                            /* steps grow with t */
+        float s = ((float)i + 0.5f) / (float)n;
+        sum = pti_madd(pti_air_densities(pti_air_altitude(h, mu, length * s * s)), 2 * s * length / (float)n, sum);
+    }
+    return pti_mul(a->sun, pti_air_transmittance(pti_air_extinction(a, sum)));
+}
+
+/* M, over altitude and the sun's height, near the height that it has where the eye is. */
+#define PTI_SKY_ALTITUDES 8
+#define PTI_SKY_HEIGHTS 9
+typedef struct pti_sky { pti_air air; pt_vec3 sun; pt_vec3 many[PTI_SKY_ALTITUDES][PTI_SKY_HEIGHTS]; } pti_sky;
+
+static pt_vec3 pti_sky_many(const pti_sky *k, float h, float mu_sun) {
+    float y = sqrtf(pti_clamp(h / 60, 0, 0.9999f)) * (PTI_SKY_ALTITUDES - 1), x = (mu_sun - k->sun.y) * 20 + 4;
+    int i, j;
+    x = pti_clamp(x, 0, PTI_SKY_HEIGHTS - 1.001f);
+    i = (int)x; j = (int)y;
+    x -= (float)i; y -= (float)j;
+    return pti_madd(pti_madd(k->many[j][i], 1 - x, pti_scale(k->many[j][i + 1], x)), 1 - y,
+                    pti_scale(pti_madd(k->many[j + 1][i], 1 - x, pti_scale(k->many[j + 1][i + 1], x)), y));
+}
+/* Along a ray of this length: what is scattered into it, with nu = cos of the angle to the sun, or with all phase functions
+   1 / (4 pi), for M itself; *through gets T at its end, *again (f) the integral of T s, if asked for. */
+static pt_vec3 pti_sky_march(const pti_sky *k, float h, float mu, float mu_sun, float nu, float length, int n,
+                             pt_vec3 *through, pt_vec3 *again) {
+    const float g = 0.76f, g2 = g * g, even = 1 / (4 * PTI_PI);
+    float x = 1 + g2 - 2 * g * nu, p_molecules = 0.75f * even * (1 + nu * nu), p_haze = even * (1 - g2) / (x * sqrtf(x));
+    pt_vec3 L = pt_v3(0, 0, 0), T = pt_v3(1, 1, 1);
+    int i;
+    if (again) { p_molecules = p_haze = even; *again = L; }
+    for (i = 0; i < n; i++) {
+        float s = ((float)i + 0.5f) / (float)n, t = length * s * s, dt = 2 * s * length / (float)n;
+        float at = pti_air_altitude(h, mu, t);
+        float mu_there = ((PTI_EARTH + h) * mu_sun + t * nu) / (PTI_EARTH + at);
+        pt_vec3 d = pti_air_densities(at), extinction = pti_air_extinction(&k->air, d), sunlight, step, gain;
+        pt_vec3 molecules = pti_scale(k->air.molecules, d.x), haze = pti_scale(k->air.haze, 0.95f * d.y);      /* scattered */
+        step = pti_air_transmittance(pti_scale(extinction, dt));
+        gain = pti_mul(T, pt_v3((1 - step.x) / extinction.x, (1 - step.y) / extinction.y, (1 - step.z) / extinction.z));
+        sunlight = pti_air_sunlight(&k->air, at, mu_there);
+        L = pti_add(L, pti_mul(gain, pti_mul(sunlight, pti_madd(molecules, p_molecules, pti_scale(haze, p_haze)))));
+        molecules = pti_mul(gain, pti_add(molecules, haze));
+        if (again) *again = pti_add(*again, molecules);
+        else L = pti_add(L, pti_mul(molecules, pti_sky_many(k, at, mu_there)));
+        T = pti_mul(T, step);
+    }
+    if (through) *through = T;
+    return L;
+}
+static pt_vec3 pti_sky_many_at(const pti_sky *k, float h, float mu_sun) {
+    pt_vec3 L = pt_v3(0, 0, 0), f = L, through, again;
+    float sine = pti_safe_sqrt(1 - mu_sun * mu_sun);
+    int i, n = 32;
+    for (i = 0; i < n; i++) {                            /* directions all around (golden angle) */
+        pt_vec3 d = pti_sample_sphere(((float)i + 0.5f) / (float)n, 0.618034f * (float)i), one;
+        float dip = (PTI_EARTH + h) * (PTI_EARTH + h) * (1 - d.z * d.z), length = pti_air_length(h, d.z, PTI_AIR_TOP);
+        int down = d.z < 0 && dip < PTI_EARTH * PTI_EARTH;
+        if (down) length = -(PTI_EARTH + h) * d.z - sqrtf(PTI_EARTH * PTI_EARTH - dip);
+        one = pti_sky_march(k, h, d.z, mu_sun, mu_sun * d.z + sine * d.x, length, 12, &through, &again);
+        if (down) one = pti_madd(pti_mul(through, pti_air_sunlight(&k->air, 0, mu_sun)),
+                                 pti_max(mu_sun, 0) * PTI_GROUND_ALBEDO / PTI_PI, one);
+        L = pti_madd(one, 1 / (float)n, L);
+        f = pti_madd(again, 1 / (float)n, f);
+    }
+    return pt_v3(L.x / (1 - f.x), L.y / (1 - f.y), L.z / (1 - f.z));
+}
+static void pti_sky_build(pti_sky *k, pt_vec3 sun, float turbidity) {
+    int i, j;
+    k->air = pti_air_of(turbidity);
+    k->sun = sun;
+    for (j = 0; j < PTI_SKY_ALTITUDES; j++)
+        for (i = 0; i < PTI_SKY_HEIGHTS; i++) {
+            float y = (float)j / (PTI_SKY_ALTITUDES - 1);
+            k->many[j][i] = pti_sky_many_at(k, 60 * y * y, pti_clamp(sun.y + (float)(i - 4) * 0.05f, -1, 1));
+        }
+}
+/* A map whose middle is below the sun, so that its right half mirrors the left one. Below the horizon there is ground, lit by
    the sky and the sun; it comes out of the horizon's haze within 6 degrees, so that a floor that ends before the horizon
    shows no edge there. */
-#define PTI_DAYLIGHT_EFFICACY 179.0f
-typedef struct pti_perez { float a, b, c, d, e, scale; } pti_perez;
-typedef struct pti_sky {
-    pt_vec3 sun;                                         /* towards it */
-    pti_perez Y, x, y;
-    pt_vec3 ground;                                      /* radiance */
-} pti_sky;
-
-static float pti_perez_shape(const pti_perez *p, float cos_theta, float cos_gamma, float gamma) {
-    return (1 + p->a * pti_exp(p->b / cos_theta)) * (1 + p->c * pti_exp(p->d * gamma) + p->e * cos_gamma * cos_gamma);
-}
-/* c: two coefficients for each of A to E; zenith: the value there. */
-static pti_perez pti_perez_of(const float c[10], float turbidity, float theta_s, float zenith) {
-    pti_perez p;
-    float s, cosine;
-    p.a = c[0] * turbidity + c[1]; p.b = c[2] * turbidity + c[3]; p.c = c[4] * turbidity + c[5];
-    p.d = c[6] * turbidity + c[7]; p.e = c[8] * turbidity + c[9];
-    pti_sincos(theta_s, &s, &cosine);
-    p.scale = zenith / pti_perez_shape(&p, 1, cosine, theta_s);
-    return p;
-}
-/* Chromaticity at the zenith: (T^2, T, 1) m (theta_s^3, theta_s^2, theta_s, 1). */
-static float pti_zenith_chromaticity(const float m[12], float T, float theta_s) {
-    float row[3];
-    int k;
-    for (k = 0; k < 3; k++, m += 4) row[k] = ((m[0] * theta_s + m[1]) * theta_s + m[2]) * theta_s + m[3];
-    return (row[0] * T + row[1]) * T + row[2];
-}
-static pt_vec3 pti_xyY_to_rgb(float x, float y, float Y) {         /* Rec. 709; what no such light could be is clipped */
-    float X = Y * x / y, Z = Y * (1 - x - y) / y;
-    return pti_max3(pt_v3(0, 0, 0), pt_v3(3.2404542f * X - 1.5371385f * Y - 0.4985314f * Z,
-        -0.9692660f * X + 1.8760108f * Y + 0.0415560f * Z, 0.0556434f * X - 0.2040259f * Y + 1.0572252f * Z));
-}
-static pt_vec3 pti_sky_above(const pti_sky *k, pt_vec3 d) {
-    float cos_theta = pti_max(d.y, 0.001f), cos_gamma = pti_clamp(pti_dot(d, k->sun), -1, 1), gamma = pti_acos(cos_gamma);
-    return pti_xyY_to_rgb(k->x.scale * pti_perez_shape(&k->x, cos_theta, cos_gamma, gamma),
-                          k->y.scale * pti_perez_shape(&k->y, cos_theta, cos_gamma, gamma),
-                          k->Y.scale * pti_perez_shape(&k->Y, cos_theta, cos_gamma, gamma));
-}
-static pt_vec3 pti_sky_radiance(void *sky, pt_vec3 d) {
-    const pti_sky *k = (const pti_sky *)sky;
-    float haze = pti_clamp(1 + d.y * 10, 0, 1);          /* above the horizon 1 */
-    pt_vec3 L = pti_sky_above(k, d.y < 0 ? pti_normalize(pt_v3(d.x, 0, d.z)) : d);
-    haze = haze * haze * (3 - 2 * haze);
-    return haze < 1 ? pti_madd(L, haze, pti_scale(k->ground, 1 - haze)) : L;
-}
-/* Irradiance from the sun itself: beyond the air, 133.1 klx of a black body at 5772 K; then thinned along the way, m times as
-   long as straight up, by what is in the air (all from the paper's appendix):
-       exp(-m (0.008735 l^-4.08  (molecules)  +  beta l^-1.3  (haze)  +  0.35 k_o  (ozone))),   wavelength l in micrometres.
-   One wavelength a channel, the one that comes closest to the integral over the spectrum: to 1 % of it at m = 1 to 5. The
-   paper's gases and water absorb where eyes hardly see. */
-static pt_vec3 pti_sky_sun(float turbidity, float theta_s) {
-    static const float wavelength[3] = { 0.636f, 0.544f, 0.442f }, ozone[3] = { 0.11f, 0.08f, 0.005f };
-    static const float outside[3] = { 1.108f, 0.977f, 0.911f };        /* the colour of the black body, of luminance 1 */
-    float degrees = theta_s * (180 / PTI_PI), beta = 0.04608f * turbidity - 0.04586f, E[3], m, s, c;
-    int k;
-    pti_sincos(theta_s, &s, &c);
-    if (!(c > 0)) return pt_v3(0, 0, 0);                 /* it has set */
-    m = 1 / (c + 0.15f * pti_pow(93.885f - degrees, -1.253f));
-    for (k = 0; k < 3; k++)
-        E[k] = (133100 / PTI_DAYLIGHT_EFFICACY) * outside[k] * pti_exp(-m * (0.008735f * pti_pow(wavelength[k], -4.08f)
-             + beta * pti_pow(wavelength[k], -1.3f) + 0.35f * ozone[k]));
-    return pt_v3(E[0], E[1], E[2]);
-}
-static pt_vec3 pti_sky_irradiance(const pti_sky *k) {    /* on level ground, without the sun */
-    pt_vec3 sum = pt_v3(0, 0, 0), d;
-    int i, n = 32;
-    for (i = 0; i < n * n; i++) {
-        d = pti_sample_cosine(((float)(i % n) + 0.5f) / (float)n, ((float)(i / n) + 0.5f) / (float)n);
-        sum = pti_add(sum, pti_sky_above(k, pt_v3(d.x, d.z, d.y)));
+static void pti_sky_map(const pti_sky *k, pt_vec3 *map, int width, int height) {
+    pt_vec3 ground = pti_scale(pti_air_sunlight(&k->air, 0, k->sun.y), pti_max(k->sun.y, 0)), L, *row;
+    float across = pti_safe_sqrt(1 - k->sun.y * k->sun.y), up, side, s, c, haze;
+    int x, y, half = height / 2;
+    for (y = 0; y < half; y++) {
+        row = map + y * width;
+        pti_sincos(((float)y + 0.5f) / (float)height * PTI_PI, &side, &up);
+        for (x = 0; x < width / 2; x++) {
+            pti_sincos((((float)x + 0.5f) / (float)width - 0.5f) * (2 * PTI_PI), &s, &c);
+            L = pti_sky_march(k, 0, up, k->sun.y, up * k->sun.y + side * c * across, pti_air_length(0, up, PTI_AIR_TOP), 32,
+                              NULL, NULL);
+            row[x] = row[width - 1 - x] = L;
+            ground = pti_madd(L, up * side * (4 * PTI_PI * PTI_PI) / (float)(width * height), ground);     /* for both */
+        }
     }
-    return pti_scale(sum, PTI_PI / (float)(n * n));
-}
-static pti_sky pti_sky_of(pt_vec3 sun, float turbidity, pt_vec3 *sunlight) {
-    static const float perez[3][10] = {                  /* Y, x, y: A, B, C, D, E, each a T + b */
-        { 0.1787f, -1.4630f, -0.3554f, 0.4275f, -0.0227f, 5.3251f, 0.1206f, -2.5771f, -0.0670f, 0.3703f },
-        { -0.0193f, -0.2592f, -0.0665f, 0.0008f, -0.0004f, 0.2125f, -0.0641f, -0.8989f, -0.0033f, 0.0452f },
-        { -0.0167f, -0.2608f, -0.0950f, 0.0092f, -0.0079f, 0.2102f, -0.0441f, -1.6537f, -0.0109f, 0.0529f } };
-    static const float zenith_x[12] = { 0.00166f, -0.00375f, 0.00209f, 0, -0.02903f, 0.06377f, -0.03202f, 0.00394f,
-                                        0.11693f, -0.21196f, 0.06052f, 0.25886f };
-    static const float zenith_y[12] = { 0.00275f, -0.00610f, 0.00317f, 0, -0.04214f, 0.08970f, -0.04153f, 0.00516f,
-                                        0.15346f, -0.26756f, 0.06670f, 0.26688f };
-    pti_sky k;
-    float T = turbidity, true_theta = pti_acos(sun.y), theta = pti_min(true_theta, PTI_PI / 2), chi, s, c, dim, Y;
-    chi = (4.0f / 9 - T / 120) * (PTI_PI - 2 * theta);
-    pti_sincos(chi, &s, &c);
-    dim = pti_exp(-0.9f * (true_theta - theta) * (180 / PTI_PI));
-    Y = ((4.0453f * T - 4.9710f) * s / c - 0.2155f * T + 2.4192f) * 1000;      /* the paper counts in kcd/m^2 */
-    k.sun = sun;
-    k.Y = pti_perez_of(perez[0], T, theta, Y * dim / PTI_DAYLIGHT_EFFICACY);
-    k.x = pti_perez_of(perez[1], T, theta, pti_zenith_chromaticity(zenith_x, T, theta));
-    k.y = pti_perez_of(perez[2], T, theta, pti_zenith_chromaticity(zenith_y, T, theta));
-    *sunlight = pti_sky_sun(T, true_theta);
-    k.ground = pti_scale(pti_madd(*sunlight, pti_max(sun.y, 0), pti_sky_irradiance(&k)), 0.2f / PTI_PI);
-    return k;
+    row = map + (half - 1) * width;
+    for (y = half; y < height; y++)
+        for (x = 0; x < width; x++) {
+            haze = pti_max(1 - ((float)(y - half) + 0.5f) / (float)height * 30, 0);
+            haze = haze * haze * (3 - 2 * haze);
+            map[y * width + x] = pti_madd(row[x], haze, pti_scale(ground, (1 - haze) * (PTI_GROUND_ALBEDO / PTI_PI)));
+        }
 }
 
 /* The environment: radiance from infinity, drawn from a table over (u, v) of its luminance times sin theta, the area that
    a cell of the map has on the sphere. A constant one needs no density of its own: the BSDF's is better. Suns stand before
    it and add to it, and the density is the mixture of the map's and of theirs, by irradiance. */
 typedef struct pti_environment {
-    int present, textured;                               /* textured: by picture, by callback or by sky */
+    int present, textured;                               /* textured: by picture or by callback */
     pt_vec3 color;
     const pti_texture *texture;
     pt_vec3 (*radiance)(void *user, pt_vec3 dir);
@@ -2790,7 +2842,6 @@ typedef struct pti_environment {
     float share;                                         /* of the map in the density */
     pti_table2 table;
     pti_sun *suns;  size_t sun_count, sun_capacity;
-    pti_sky sky;
 } pti_environment;
 
 /* Direction and place on the map: u to the right from the left border (+z, seen from the middle, -z), v down from +y. */
@@ -3443,15 +3494,28 @@ static int pti_add_sun(pt_scene *s, const pt_light_desc *d, pt_vec3 irradiance) 
     return 1;
 }
 static int pti_add_sky(pt_scene *s, const pt_light_desc *d) {
+    enum { WIDTH = 128, HEIGHT = 128 };                  /* across, the sky is smoother */
     pti_environment *e = &s->environment;
-    pt_vec3 sunlight;
+    pt_vec3 sun = pti_neg(pti_light_direction(d));
+    float across = sqrtf(sun.x * sun.x + sun.z * sun.z);
+    pt_texture_desc t;
+    pt_vec3 *map;
+    pti_sky sky;
     if (!pti_check(s, d->turbidity == 0 || (d->turbidity >= 1.8f && d->turbidity <= 10), "pt_add_light",
                    "turbidity must be 1.8 to 10, or 0 for 3", d->turbidity)) return 0;
-    e->sky = pti_sky_of(pti_neg(pti_light_direction(d)), d->turbidity > 0 ? d->turbidity : 3.0f, &sunlight);
-    e->radiance = pti_sky_radiance; e->user = &e->sky;
+    pti_sky_build(&sky, sun, d->turbidity > 0 ? d->turbidity : 3.0f);
+    map = (pt_vec3 *)pti_alloc(&s->allocator, WIDTH * HEIGHT, sizeof *map);
+    if (!map) { pti_fail(&s->error, PT_ERR_MEMORY, "out of memory for the scene"); return 0; }
+    pti_sky_map(&sky, map, WIDTH, HEIGHT);
+    memset(&t, 0, sizeof t);
+    t.width = WIDTH; t.height = HEIGHT; t.channels = 3; t.is_float = 1; t.pixels = map;
+    s->environment_texture = pt_add_texture(s, &t);
+    pti_free(&s->allocator, map, WIDTH * HEIGHT, sizeof *map);
+    if (!s->environment_texture.id) return 0;
     e->textured = 1;
-    e->cosine = 1;
-    return pti_add_sun(s, d, pti_mul(e->color, sunlight));
+    e->sine = across > 0 ? -sun.x / across : 0.0f;       /* the map's middle, -z, is turned to below the sun */
+    e->cosine = across > 0 ? -sun.z / across : 1.0f;
+    return pti_add_sun(s, d, sun.y > 0 ? pti_mul(e->color, pti_air_sunlight(&sky.air, 0, sun.y)) : pt_v3(0, 0, 0));
 }
 /* A sphere of radiance L has the power 4 pi r^2 pi L. */
 static int pti_add_bulb(pt_scene *s, const pt_light_desc *d, int spot) {

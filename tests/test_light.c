@@ -816,13 +816,16 @@ static pt_scene *clear_sky(double elevation, float turbidity) {
     commit(s);
     return s;
 }
+static pt_vec3 sky_at(const pt_scene *s, pt_vec3 d) {     /* without the disk */
+    return pti_environment_map(&s->environment, pti_environment_turn(&s->environment, d, -1));
+}
 /* Of level ground under the sky's dome, and of a surface that faces the sun, in W/m^2. */
 static pt_vec3 dome_irradiance(const pt_scene *s) {
     pt_vec3 sum = { 0, 0, 0 };
     int i, n = 64;
     for (i = 0; i < n * n; i++) {
         pt_vec3 d = pti_sample_cosine(((float)(i % n) + 0.5f) / (float)n, ((float)(i / n) + 0.5f) / (float)n);
-        sum = pti_add(sum, pti_environment_map(&s->environment, pt_v3(d.x, d.z, d.y)));
+        sum = pti_add(sum, sky_at(s, pt_v3(d.x, d.z, d.y)));
     }
     return pti_scale(sum, (float)(STATS_PI / (n * n)));
 }
@@ -832,20 +835,19 @@ static pt_vec3 disk_irradiance(const pt_scene *s) {
     return pti_scale(sun->radiance, (float)STATS_PI * sun->one_minus_cos * (2 - sun->one_minus_cos));
 }
 static void sky_is_finite_and_symmetric(void) {
-    static const float turbidity[] = { 1.8f, 3, 6, 10 };
+    static const float turbidity[] = { 1.8f, 10 };
     int k, e, i;
-    for (k = 0; k < 4; k++) for (e = -90; e <= 90; e += e < -10 ? 40 : e < 10 ? 5 : 20) {
+    for (k = 0; k < 2; k++) for (e = -90; e <= 90; e += e < -10 ? 40 : e < 10 ? 5 : 40) {
         pt_scene *s = clear_sky(e, turbidity[k]);
-        const pti_environment *sky = &s->environment;
         test_case("turbidity %g, sun at %d degrees", (double)turbidity[k], e);
         for (i = 0; i < 600; i++) {
             double elevation = i < 100 ? (i - 50) * 0.02 : i < 200 ? 90 - 0.1 * (i - 100) : -90 + 0.45 * (i - 200), off = (i * 37) % 180;
-            pt_vec3 a = pti_environment_map(sky, towards(elevation, 40 + off)), b = pti_environment_map(sky, towards(elevation, 40 - off));
+            pt_vec3 a = sky_at(s, towards(elevation, 40 + off)), b = sky_at(s, towards(elevation, 40 - off));
             if (!CHECK(pti_finite3(a) && a.x >= 0 && a.y >= 0 && a.z >= 0)) break;
-            if (!CHECK(pti_luminance(a) > 0 || e < -60)) break;
+            if (!CHECK(pti_luminance(a) > 0 || e < -10)) break;
             if (!CHECK_NEAR(a.x, b.x, 2e-3 * a.x) || !CHECK_NEAR(a.y, b.y, 2e-3 * a.y) || !CHECK_NEAR(a.z, b.z, 2e-3 * a.z)) break;
         }
-        CHECK(pti_finite3(pti_environment_map(sky, pt_v3(0, 1, 0))) && pti_finite3(pti_environment_map(sky, pt_v3(0, -1, 0))));
+        CHECK(pti_finite3(sky_at(s, pt_v3(0, 1, 0))) && pti_finite3(sky_at(s, pt_v3(0, -1, 0))));
         pt_scene_destroy(s);
     }
 }
@@ -858,7 +860,7 @@ static void sky_has_no_seams(void) {
         double last = 0;
         test_case("sun at %g degrees", suns[k]);
         for (i = 0; i <= 7200; i++) {                    /* from nadir to zenith, away from the sun */
-            double L = pti_luminance(pti_environment_map(&s->environment, towards(-90 + i * 0.025, 160)));
+            double L = pti_luminance(sky_at(s, towards(-90 + i * 0.025, 160)));
             if (i && !CHECK_NEAR(L / last, 1, 0.02)) break;
             last = L;
         }
@@ -875,18 +877,37 @@ static void sky_looks_as_it_should(void) {
     lux = pti_luminance(dome) * 179;
     CHECK(lux > 8000 && lux < 35000);
     CHECK(dome.z > 1.3f * dome.x);                       /* blue */
-    L = pti_environment_map(&noon->environment, pt_v3(0, 1, 0));
-    H = pti_environment_map(&noon->environment, towards(1, 160));
+    L = sky_at(noon, pt_v3(0, 1, 0));
+    H = sky_at(noon, towards(1, 160));
     CHECK(pti_luminance(H) > 1.5f * pti_luminance(L));
     CHECK(L.z / L.x > 1.3f * H.z / H.x);                 /* the horizon is paler */
     CHECK(pti_luminance(disk_irradiance(hazy)) < 0.7f * pti_luminance(sun));
     CHECK(set->environment.sun_count == 0 && dusk->environment.sun_count == 0);
-    lux = pti_luminance(dome_irradiance(dusk)) * 179;    /* civil twilight ends at 3.4 lx, 6 degrees below */
-    CHECK(lux > 3 && lux < 300);
-    CHECK(lux < 0.2 * pti_luminance(dome_irradiance(set)) * 179);
     L = dome_irradiance(evening);
     CHECK(L.x / L.z > dome.x / dome.z);                  /* the evening's sky is redder than the noon's */
+    lux = pti_luminance(dome_irradiance(set)) * 179;     /* the tables of twilight: 400 to 800 lx at sunset, 3.4 at 6 degrees */
+    CHECK(lux > 300 && lux < 1200);
+    L = dome_irradiance(dusk);
+    lux = pti_luminance(L) * 179;
+    CHECK(lux > 5 && lux < 40 && L.z > 1.5f * L.x);      /* the blue hour */
+    L = sky_at(set, towards(2, 40));
+    CHECK(L.x > 1.5f * L.y && L.y > 1.5f * L.z);         /* red, where the sun has gone */
     pt_scene_destroy(noon); pt_scene_destroy(evening); pt_scene_destroy(set); pt_scene_destroy(dusk); pt_scene_destroy(hazy);
+}
+/* Straight up, one atmosphere of each optical depth; low, as many as tables say (Kasten and Young 1989). */
+static void sunlight_through_air(void) {
+    static const double wavelength[] = { 0.636, 0.544, 0.442 }, ozone[] = { 0.11, 0.08, 0.005 };
+    static const double height[] = { 90, 60, 30, 10, 5, 2 }, airs[] = { 1, 1.154, 1.995, 5.58, 10.31, 19.5 };
+    int i, k;
+    for (i = 0; i < 6; i++) {
+        pti_air air = pti_air_of(2);
+        pt_vec3 got = pti_air_sunlight(&air, 0, (float)sin(height[i] * STATS_PI / 180));
+        for (k = 0; k < 3; k++) {
+            double depth = 0.008735 * pow(wavelength[k], -4.08) + (0.04608 * 2 - 0.04586) * pow(wavelength[k], -1.3) + 0.35 * ozone[k];
+            test_case("channel %d, sun at %g degrees", k, height[i]);
+            CHECK_NEAR(-log(pti_axis(got, k) / pti_axis(air.sun, k)) / (depth * airs[i]), 1, i < 4 ? 0.02 : i < 5 ? 0.06 : 0.1);
+        }
+    }
 }
 /* A picture of level ground gets the dome's irradiance and the disk's, and color multiplies both. */
 static void sky_lights_the_ground(void) {
@@ -935,6 +956,7 @@ void test_light(void) {
     RUN(spots_on_a_line);
     RUN(spots_shine_where_they_are_drawn);
     RUN(spots_agree);
+    RUN(sunlight_through_air);
     RUN(sky_is_finite_and_symmetric);
     RUN(sky_has_no_seams);
     RUN(sky_looks_as_it_should);
