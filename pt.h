@@ -2885,10 +2885,11 @@ static float pti_environment_pdf_map(const pti_environment *e, pt_vec3 wi) {   /
 }
 /* u decides for a part, and is stretched to be whole again. */
 static int pti_environment_sample(const pti_environment *e, float u, float v, pt_vec3 *wi) {
-    const pti_sun *s = e->suns, *last = e->suns + e->sun_count;
-    if (e->sun_count == 0) return pti_environment_sample_map(e, u, v, wi);
+    const pti_sun *s = e->suns;
+    size_t left = e->sun_count;
+    if (left == 0) return pti_environment_sample_map(e, u, v, wi);
     if (u < e->share) return pti_environment_sample_map(e, pti_min(u / e->share, PTI_BELOW_1), v, wi);
-    for (u -= e->share; s + 1 < last && u >= s->share; s++) u -= s->share;
+    for (u -= e->share; left > 1 && u >= s->share; left--) u -= (s++)->share;
     return pti_sun_sample(s, s->share > 0 ? pti_min(u / s->share, PTI_BELOW_1) : u, v, wi);
 }
 static float pti_environment_pdf(const pti_environment *e, pt_vec3 wi) {

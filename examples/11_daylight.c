@@ -17,7 +17,7 @@ static pt_result draw_strip(float elevation_deg, float stops, float *out) {
     pt_material steel = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_CONDUCTOR, .color = {.85f, .85f, .87f} });
     pt_add_quad(s, pt_v3(-3000, 0, -3000), pt_v3(0, 0, 6000), pt_v3(6000, 0, 0), field);
     for (int i = 0; i < 9; i++) {                          /* a ring of stones */
-        float turn = .7f * (float)i, c = cosf(turn), n = sinf(turn);
+        float turn = .35f + .7f * (float)i, c = cosf(turn), n = sinf(turn);
         pt_xform place = { { c, 0, n, 4.2f * n,   0, 1, 0, 0,   -n, 0, c, 4.2f * c } };
         pt_add_box(s, pt_v3(-.45f, 0, -.3f), pt_v3(.45f, 1.9f + .25f * (float)(i % 3), .3f), &place, stone);
     }

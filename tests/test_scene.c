@@ -388,6 +388,8 @@ static pt_result build_all(pt_scene *s, const pt_scene *inner) {
         if (i < 3) pt_add_density(s, &(pt_density_desc){ .sample = density_sample, .pdf = density_pdf, .weight = 0.1f });
         pt_add_instance(s, inner, &x);
         if (i == 0) pt_add_light(s, &(pt_light_desc){ .radiance = sky_radiance });
+        pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .color = { 1, 1, 1 } });
+        pt_add_light(s, &(pt_light_desc){ .kind = i % 2 ? PT_LIGHT_SPOT : PT_LIGHT_POINT, .color = { 1, 1, 1 } });
     }
     return pt_scene_commit(s);
 }
