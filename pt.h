@@ -48,7 +48,7 @@
      >>microfacet Fresnel, GGX, fuzz, and how much light rough surfaces send on
      >>bsdf       lobes: diffuse, metal, glass, panes, coats, users' BSDFs
      >>material   from numbers and textures to lobes
-     >>light      emitters by solid angle, the light tree, environments
+     >>light      emitters by solid angle, the light tree, suns, the sky, environments
      >>scene      adding, checking, committing
      >>mixture    the one density that a path draws its next direction from
      >>path       the estimator
@@ -272,12 +272,28 @@ PT_DEF pt_shape pt_add_box(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *
 PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform *xform);
 PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m);
 
-/* Lights that have no shape. (Every shape whose material emits is a light too.) */
-typedef enum pt_light_kind { PT_LIGHT_ENVIRONMENT } pt_light_kind;
+/* Lights that have no shape. (Every shape whose material emits is a light too.) Each kind reads what stands in its line, and
+   ignores the rest. A scene has one environment or sky, and any number of the others.
+     ENVIRONMENT  texture or radiance, rotate_deg; color is radiance: multiplies the texture and the callback, there zero = 1
+     SUN          direction, radius_deg; color is irradiance in W/m^2 on a surface that faces it. A disk of even radiance,
+                  infinitely far away
+     POINT        position, radius; color is power in W. A real sphere, seen and hit, black but for its light
+     SPOT         position, radius, direction, cone_deg, blend; color is the power of the POINT that is seen through the cone
+     SKY          direction, radius_deg, turbidity; color multiplies, zero = 1. Cloudless daylight or dusk, and the sun; takes
+                  a tenth of a second. Its watts are those that eyes see, 179 lm each: half of what a pyranometer reads */
+typedef enum pt_light_kind {
+    PT_LIGHT_ENVIRONMENT, PT_LIGHT_SUN, PT_LIGHT_POINT, PT_LIGHT_SPOT, PT_LIGHT_SKY
+} pt_light_kind;
 typedef struct pt_light_desc {
-    pt_light_kind kind;                                   /* one environment a scene */
-    pt_vec3 color;                                        /* radiance; multiplies the texture and the callback, there
-                                                             zero = 1 */
+    pt_light_kind kind;
+    pt_vec3 color;                                        /* between 0 and 1e12, as is any radiance that comes of it */
+    pt_vec3 position;                                     /* metres */
+    pt_vec3 direction;                                    /* in which the light goes, of any length; zero = straight down */
+    float radius;                                         /* metres; 0 = 0.01 */
+    float radius_deg;                                     /* angular radius, 0.001 to 90; 0 = 0.2665, the sun's */
+    float cone_deg;                                       /* half angle at which a spot is dark, 0.1 to 90; 0 = 45 */
+    float blend;                                          /* share of that angle in which it fades, 0.001 to 1; 0 = 0.15 */
+    float turbidity;                                      /* haze, 1.8 (very clear) to 10; 0 = 3 */
     pt_texture texture;                                   /* equirectangular: its middle is towards -z, its right
                                                              towards +x */
     float rotate_deg;                                     /* -36000 to 36000, about +y, counter-clockwise seen from above */
@@ -1238,6 +1254,8 @@ static pt_vec3 pti_sample_rect(const pti_rect *r, float S, float u, float v) {
     return pti_to_world(r->frame->x, r->frame->y, r->frame->z, pt_v3((float)x, (float)y, (float)(r->z0 * r->flip)));
 }
 static float pti_pdf_rect(float S) { return 1 / S; }
+
+#define PTI_BELOW_1 (1 - 1.0f / 16777216)                  /* the largest float that is */
 
 /* Piecewise-constant densities on [0,1] and [0,1]^2, by inversion of the running sum (never alias tables, which would tear
    the strata apart). A table of n cells has n + 1 entries from 0 to 1. A density is read off the same table that draws,
@@ -3143,6 +3161,15 @@ static int pti_surface_sample(const pti_surface *s, uint32_t u, uint32_t v, uint
                        X(translucency) X(mix)
 #define PTI_TEXTURES(X) PTI_NUMBERS(X) X(color) X(rotation) X(sheen_color) X(emission) X(opacity) X(normal) X(bump)
 
+/* Which way a material emits: all of it within the inner cone about the axis, none beyond the outer one, smoothstep between
+   them. Cones by 1 - cos; outer 0 = every way alike. */
+typedef struct pti_profile { pt_vec3 axis; float inner, outer; } pti_profile;
+static float pti_profile_at(const pti_profile *p, pt_vec3 w) {
+    pt_vec3 d = pti_sub(w, p->axis);                     /* |d|^2 = 2 (1 - cos) */
+    float k = pti_clamp((p->outer - 0.5f * pti_dot(d, d)) / (p->outer - p->inner), 0, 1);
+    return k * k * (3 - 2 * k);
+}
+
 typedef struct pti_material {
     pt_material_desc desc;
     pt_bsdf_vtable vtable;                               /* PT_BSDF_USER */
@@ -3151,6 +3178,7 @@ typedef struct pti_material {
     const pti_albedo *mirror, *dielectric, *coat, *fuzz; /* NULL where nothing asks them */
     float fresnel_mean;                                  /* of a smooth face of index ior */
     int emits;
+    pti_profile profile;                                 /* of the emission */
     int varies;                                          /* has textures, or a callback */
     int plain;                                           /* Lambert's and nothing else */
     int wants_coordinates;                               /* somebody may look at u, v and tangent */
@@ -3206,6 +3234,7 @@ static pt_vec3 pti_material_emission(const pti_material *m, const pt_vertex *x) 
         mix = pti_unit(pti_vary(m, x, m->desc.mix, m->desc.mix_texture));
         e = pti_madd(pti_material_emission(m->all + m->desc.a.id, x), 1 - mix, pti_scale(pti_material_emission(m->all + m->desc.b.id, x), mix));
     }
+    if (m->profile.outer > 0) pass = 1 - (1 - pass) * pti_profile_at(&m->profile, x->wo);
     if (m->desc.two_sided || pti_dot(x->ng, x->wo) > 0) e = pti_add(e, pti_vary3(m, x, m->desc.emission, m->desc.emission_texture));
     return pti_scale(e, (1 - pass) * pti_unit(pti_material_opacity(m, x)));
 }
@@ -3461,8 +3490,9 @@ typedef enum pti_emitter_kind { PTI_TRIANGLE_LIGHT, PTI_RECT_LIGHT, PTI_SPHERE_L
 typedef struct pti_emitter {
     pti_emitter_kind kind;
     int two_sided;
-    pt_vec3 p, e1, e2, n;                                /* corner and edges, unit normal; or centre */
+    pt_vec3 p, e1, e2, n;                                /* corner and edges, unit normal; or centre, and a spot's axis */
     float radius, area;
+    float spot;                                          /* spheres only: 1 - cos of the cone that all light stays in, or 0 */
     float luminance;                                     /* of its radiance */
     pti_rect_frame frame;                                /* rectangles only */
 } pti_emitter;
@@ -3471,7 +3501,7 @@ static pti_emitter pti_emitter_flat(pti_emitter_kind kind, pt_vec3 p, pt_vec3 e1
                                     int two_sided) {
     pti_emitter e;
     e.frame = pti_rect_frame_of(e1, e2);
-    e.kind = kind; e.p = p; e.e1 = e1; e.e2 = e2; e.luminance = luminance; e.two_sided = two_sided; e.radius = 0;
+    e.kind = kind; e.p = p; e.e1 = e1; e.e2 = e2; e.luminance = luminance; e.two_sided = two_sided; e.radius = e.spot = 0;
     e.n = pti_cross(e1, e2);
     e.area = pti_length(e.n) * (kind == PTI_RECT_LIGHT ? 1.0f : 0.5f);
     e.n = pti_normalize(e.n);
@@ -3496,10 +3526,18 @@ static pti_bounds pti_emitter_bounds(const pti_emitter *e) {
     if (e->kind == PTI_RECT_LIGHT) pti_bounds_point(&b, pti_add(pti_add(e->p, e->e1), e->e2));
     return b;
 }
+/* Is p where a spot's light may come, d from its centre? All cones about its axis whose tips lie in the sphere, together:
+   nowhere behind it, and no further off their side than the radius. A little more, for rounding. */
+static int pti_emitter_spot_meets(const pti_emitter *e, pt_vec3 d) {
+    float along = pti_dot(d, e->n), off = pti_length(pti_madd(e->n, -along, d)), sine = sqrtf(e->spot * (2 - e->spot));
+    float room = e->radius + 1e-6f * (fabsf(along) + off);
+    return along >= -room && off * (1 - e->spot) - along * sine <= room;
+}
 /* Does it shine on p at all? */
 static int pti_emitter_faces(const pti_emitter *e, pt_vec3 p) {
     pt_vec3 d = pti_sub(p, e->p);
     float side = e->kind == PTI_SPHERE_LIGHT ? pti_dot(d, d) - e->radius * e->radius : pti_dot(d, e->n);
+    if (e->spot > 0 && !pti_emitter_spot_meets(e, d)) return 0;
     return side > 0 || (e->two_sided && side < 0);
 }
 
@@ -3711,8 +3749,206 @@ static float pti_lights_irradiance(const pti_lights *l, pt_vec3 p) {
     return pti_light_importance(l, 0, p) * (1 / (4 * PTI_PI));
 }
 
+/* A sun: a disk at infinity, of even radiance L. A surface that faces it gets, for the angular radius r,
+       E = pi sin^2 r L,
+   and the disk is drawn as a cone, p = 1 / (2 pi (1 - cos r)). */
+typedef struct pti_sun {
+    pt_vec3 axis, radiance;                              /* axis: towards it */
+    float one_minus_cos;
+    float share;                                         /* of the density of all that is infinitely far away */
+} pti_sun;
+
+static pti_sun pti_sun_of(pt_vec3 axis, float radius_deg, pt_vec3 irradiance) {
+    pti_sun s;
+    float sine, cosine;
+    pti_sincos(radius_deg * (PTI_PI / 360), &sine, &cosine);
+    s.one_minus_cos = 2 * sine * sine;                   /* 1 - cos r = 2 sin^2(r/2), sin r = 2 sin(r/2) cos(r/2) */
+    sine *= 2 * cosine;
+    s.radiance = pti_scale(irradiance, 1 / (PTI_PI * sine * sine));
+    s.axis = axis;
+    s.share = 0;
+    return s;
+}
+static float pti_sun_irradiance(const pti_sun *s) {
+    return PTI_PI * s->one_minus_cos * (2 - s->one_minus_cos) * pti_luminance(s->radiance);
+}
+static int pti_sun_holds(const pti_sun *s, pt_vec3 wi) {
+    pt_vec3 d = pti_sub(wi, s->axis);
+    return pti_dot(d, d) <= 2 * s->one_minus_cos;
+}
+static int pti_sun_sample(const pti_sun *s, float u, float v, pt_vec3 *wi) {   /* 0: rounded out of the disk */
+    pt_vec3 t, b;
+    pti_basis(s->axis, &t, &b);
+    *wi = pti_normalize(pti_to_world(t, b, s->axis, pti_sample_cone(s->one_minus_cos, u, v)));
+    return pti_sun_holds(s, *wi);
+}
+static float pti_sun_pdf(const pti_sun *s, pt_vec3 wi) {
+    return pti_sun_holds(s, wi) ? pti_pdf_cone(s->one_minus_cos) : 0.0f;
+}
+
+/* The sky, as the air makes it: sunlight that molecules and haze scatter, and ozone absorbs, integrated along each direction,
+       L(w) = integral T(t) (s_R p_R + s_H p_H) E_sun T_sun  +  T(t) (s_R + s_H) M  dt,
+   T = exp(-optical depth) from the eye to t, T_sun from there to the sun, s and p the scattering coefficients and the phase
+   functions of molecules (Rayleigh) and haze (Henyey and Greenstein). Light that was scattered more than once has forgotten
+   where it came from: M = L2 / (1 - f), a geometric series, L2 being what comes from all around after two scatterings and f
+   the share of light that is scattered here again (Hillaire 2020, "A Scalable and Production Ready Sky and Atmosphere
+   Rendering Technique"). Unlike formulas fitted to the day (Preetham 1999), this also knows dusk.
+
+   Optical depths of air straight up (Preetham, Shirley and Smits 1999, appendix; wavelength l in micrometres, turbidity T):
+       molecules 0.008735 l^-4.08,   haze (0.04608 T - 0.04586) l^-1.3,   ozone 0.35 k_o,
+   at one wavelength a channel, the one that comes closest to the sun's spectrum behind one to five airs, to 1 %. Molecules
+   thin out by e every 8 km, haze every 1.2 km, and ozone lies between 10 and 40 km. Beyond the air, the sun gives 133.1 klx
+   of a black body at 5772 K. 179 lm are a watt: the efficacy of white light over the wavelengths that eyes see. The infrared,
+   half of the sun's watts, has no channel. (683 lm/W would be right for 555 nm alone.) Lengths are kilometres. */
+#define PTI_EARTH 6360.0f
+#define PTI_AIR_TOP 100.0f
+#define PTI_GROUND_ALBEDO 0.2f
+typedef struct pti_air { pt_vec3 molecules, haze, ozone, sun; } pti_air;       /* extinction per km, at the ground or at its
+                                                                                  peak; irradiance beyond the air */
+static pti_air pti_air_of(float turbidity) {
+    static const float wavelength[3] = { 0.636f, 0.544f, 0.442f };
+    float m[3], h[3];
+    pti_air a;
+    int k;
+    for (k = 0; k < 3; k++) {
+        m[k] = 0.008735f * pti_pow(wavelength[k], -4.08f) / 8;
+        h[k] = (0.04608f * turbidity - 0.04586f) * pti_pow(wavelength[k], -1.3f) / 1.2f;
+    }
+    a.molecules = pt_v3(m[0], m[1], m[2]);
+    a.haze = pt_v3(h[0], h[1], h[2]);
+    a.ozone = pti_scale(pt_v3(0.11f, 0.08f, 0.005f), 0.35f / 15);      /* a tent: half of 30 km */
+    a.sun = pti_scale(pt_v3(1.108f, 0.977f, 0.911f), 133100.0f / 179);
+    return a;
+}
+/* A ray from altitude h, mu the cosine of its angle from straight up: its altitude at t, and where it leaves the air. */
+static float pti_air_altitude(float h, float mu, float t) {
+    float above = h * (2 * PTI_EARTH + h) + t * (2 * (PTI_EARTH + h) * mu + t);            /* r^2 - earth^2 */
+    return above / (PTI_EARTH + sqrtf(pti_max(above + PTI_EARTH * PTI_EARTH, 0)));
+}
+static float pti_air_length(float h, float mu, float top) {
+    float b = (PTI_EARTH + h) * mu;
+    return sqrtf(pti_max(b * b + (top - h) * (2 * PTI_EARTH + top + h), 0)) - b;
+}
+static pt_vec3 pti_air_densities(float h) {              /* of molecules, haze and ozone; more and more below the ground */
+    h = pti_max(h, -10);
+    return pt_v3(pti_exp(-h / 8), pti_exp(-h / 1.2f), pti_max(1 - fabsf(h - 25) / 15, 0));
+}
+static pt_vec3 pti_air_extinction(const pti_air *a, pt_vec3 d) {
+    return pti_madd(a->molecules, d.x, pti_madd(a->haze, d.y, pti_scale(a->ozone, d.z)));
+}
+static pt_vec3 pti_air_transmittance(pt_vec3 depth) {
+    return pt_v3(pti_exp(-depth.x), pti_exp(-depth.y), pti_exp(-depth.z));
+}
+/* Of the sun's light, as it comes to altitude h. The ground needs no test: the air in its place is thick enough. */
+static pt_vec3 pti_air_sunlight(const pti_air *a, float h, float mu) {
+    float length = pti_air_length(h, mu, PTI_AIR_TOP);
+    pt_vec3 sum = pt_v3(0, 0, 0);
+    int i, n = 16;
+    for (i = 0; i < n; i++) {                            /* steps grow with t */
+        float s = ((float)i + 0.5f) / (float)n;
+        sum = pti_madd(pti_air_densities(pti_air_altitude(h, mu, length * s * s)), 2 * s * length / (float)n, sum);
+    }
+    return pti_mul(a->sun, pti_air_transmittance(pti_air_extinction(a, sum)));
+}
+
+/* M, over altitude and the sun's height, near the height that it has where the eye is. */
+#define PTI_SKY_ALTITUDES 8
+#define PTI_SKY_HEIGHTS 9
+typedef struct pti_sky { pti_air air; pt_vec3 sun; pt_vec3 many[PTI_SKY_ALTITUDES][PTI_SKY_HEIGHTS]; } pti_sky;
+
+static pt_vec3 pti_sky_many(const pti_sky *k, float h, float mu_sun) {
+    float y = sqrtf(pti_clamp(h / 60, 0, 0.9999f)) * (PTI_SKY_ALTITUDES - 1), x = (mu_sun - k->sun.y) * 20 + 4;
+    int i, j;
+    x = pti_clamp(x, 0, PTI_SKY_HEIGHTS - 1.001f);
+    i = (int)x; j = (int)y;
+    x -= (float)i; y -= (float)j;
+    return pti_madd(pti_madd(k->many[j][i], 1 - x, pti_scale(k->many[j][i + 1], x)), 1 - y,
+                    pti_scale(pti_madd(k->many[j + 1][i], 1 - x, pti_scale(k->many[j + 1][i + 1], x)), y));
+}
+/* Along a ray of this length: what is scattered into it, with nu = cos of the angle to the sun, or with all phase functions
+   1 / (4 pi), for M itself; *through gets T at its end, *again (f) the integral of T s, if asked for. */
+static pt_vec3 pti_sky_march(const pti_sky *k, float h, float mu, float mu_sun, float nu, float length, int n,
+                             pt_vec3 *through, pt_vec3 *again) {
+    const float g = 0.76f, g2 = g * g, even = 1 / (4 * PTI_PI);
+    float x = 1 + g2 - 2 * g * nu, p_molecules = 0.75f * even * (1 + nu * nu), p_haze = even * (1 - g2) / (x * sqrtf(x));
+    pt_vec3 L = pt_v3(0, 0, 0), T = pt_v3(1, 1, 1);
+    int i;
+    if (again) { p_molecules = p_haze = even; *again = L; }
+    for (i = 0; i < n; i++) {
+        float s = ((float)i + 0.5f) / (float)n, t = length * s * s, dt = 2 * s * length / (float)n;
+        float at = pti_air_altitude(h, mu, t);
+        float mu_there = ((PTI_EARTH + h) * mu_sun + t * nu) / (PTI_EARTH + at);
+        pt_vec3 d = pti_air_densities(at), extinction = pti_air_extinction(&k->air, d), sunlight, step, gain;
+        pt_vec3 molecules = pti_scale(k->air.molecules, d.x), haze = pti_scale(k->air.haze, 0.95f * d.y);      /* scattered */
+        step = pti_air_transmittance(pti_scale(extinction, dt));
+        gain = pti_mul(T, pt_v3((1 - step.x) / extinction.x, (1 - step.y) / extinction.y, (1 - step.z) / extinction.z));
+        sunlight = pti_air_sunlight(&k->air, at, mu_there);
+        L = pti_add(L, pti_mul(gain, pti_mul(sunlight, pti_madd(molecules, p_molecules, pti_scale(haze, p_haze)))));
+        molecules = pti_mul(gain, pti_add(molecules, haze));
+        if (again) *again = pti_add(*again, molecules);
+        else L = pti_add(L, pti_mul(molecules, pti_sky_many(k, at, mu_there)));
+        T = pti_mul(T, step);
+    }
+    if (through) *through = T;
+    return L;
+}
+static pt_vec3 pti_sky_many_at(const pti_sky *k, float h, float mu_sun) {
+    pt_vec3 L = pt_v3(0, 0, 0), f = L, through, again;
+    float sine = pti_safe_sqrt(1 - mu_sun * mu_sun);
+    int i, n = 32;
+    for (i = 0; i < n; i++) {                            /* directions all around (golden angle) */
+        pt_vec3 d = pti_sample_sphere(((float)i + 0.5f) / (float)n, 0.618034f * (float)i), one;
+        float dip = (PTI_EARTH + h) * (PTI_EARTH + h) * (1 - d.z * d.z), length = pti_air_length(h, d.z, PTI_AIR_TOP);
+        int down = d.z < 0 && dip < PTI_EARTH * PTI_EARTH;
+        if (down) length = -(PTI_EARTH + h) * d.z - sqrtf(PTI_EARTH * PTI_EARTH - dip);
+        one = pti_sky_march(k, h, d.z, mu_sun, mu_sun * d.z + sine * d.x, length, 12, &through, &again);
+        if (down) one = pti_madd(pti_mul(through, pti_air_sunlight(&k->air, 0, mu_sun)),
+                                 pti_max(mu_sun, 0) * PTI_GROUND_ALBEDO / PTI_PI, one);
+        L = pti_madd(one, 1 / (float)n, L);
+        f = pti_madd(again, 1 / (float)n, f);
+    }
+    return pt_v3(L.x / (1 - f.x), L.y / (1 - f.y), L.z / (1 - f.z));
+}
+static void pti_sky_build(pti_sky *k, pt_vec3 sun, float turbidity) {
+    int i, j;
+    k->air = pti_air_of(turbidity);
+    k->sun = sun;
+    for (j = 0; j < PTI_SKY_ALTITUDES; j++)
+        for (i = 0; i < PTI_SKY_HEIGHTS; i++) {
+            float y = (float)j / (PTI_SKY_ALTITUDES - 1);
+            k->many[j][i] = pti_sky_many_at(k, 60 * y * y, pti_clamp(sun.y + (float)(i - 4) * 0.05f, -1, 1));
+        }
+}
+/* A map whose middle is below the sun, so that its right half mirrors the left one. Below the horizon there is ground, lit by
+   the sky and the sun; it comes out of the horizon's haze within 6 degrees, so that a floor that ends before the horizon
+   shows no edge there. */
+static void pti_sky_map(const pti_sky *k, pt_vec3 *map, int width, int height) {
+    pt_vec3 ground = pti_scale(pti_air_sunlight(&k->air, 0, k->sun.y), pti_max(k->sun.y, 0)), L, *row;
+    float across = pti_safe_sqrt(1 - k->sun.y * k->sun.y), up, side, s, c, haze;
+    int x, y, half = height / 2;
+    for (y = 0; y < half; y++) {
+        row = map + y * width;
+        pti_sincos(((float)y + 0.5f) / (float)height * PTI_PI, &side, &up);
+        for (x = 0; x < width / 2; x++) {
+            pti_sincos((((float)x + 0.5f) / (float)width - 0.5f) * (2 * PTI_PI), &s, &c);
+            L = pti_sky_march(k, 0, up, k->sun.y, up * k->sun.y + side * c * across, pti_air_length(0, up, PTI_AIR_TOP), 32,
+                              NULL, NULL);
+            row[x] = row[width - 1 - x] = L;
+            ground = pti_madd(L, up * side * (4 * PTI_PI * PTI_PI) / (float)(width * height), ground);     /* for both */
+        }
+    }
+    row = map + (half - 1) * width;
+    for (y = half; y < height; y++)
+        for (x = 0; x < width; x++) {
+            haze = pti_max(1 - ((float)(y - half) + 0.5f) / (float)height * 30, 0);
+            haze = haze * haze * (3 - 2 * haze);
+            map[y * width + x] = pti_madd(row[x], haze, pti_scale(ground, (1 - haze) * (PTI_GROUND_ALBEDO / PTI_PI)));
+        }
+}
+
 /* The environment: radiance from infinity, drawn from a table over (u, v) of its luminance times sin theta, the area that
-   a cell of the map has on the sphere. A constant one needs no density of its own: the BSDF's is better. */
+   a cell of the map has on the sphere. A constant one needs no density of its own: the BSDF's is better. Suns stand before
+   it and add to it, and the density is the mixture of the map's and of theirs, by irradiance. */
 typedef struct pti_environment {
     int present, textured;                               /* textured: by picture or by callback */
     pt_vec3 color;
@@ -3721,7 +3957,11 @@ typedef struct pti_environment {
     void *user;
     float sine, cosine;                                  /* of the rotation */
     float mean;                                          /* luminance over the sphere */
+    float irradiance;                                    /* luminance of what falls on a surface, map and suns, all of it but
+                                                            a constant environment's */
+    float share;                                         /* of the map in the density */
     pti_table2 table;
+    pti_sun *suns;  size_t sun_count, sun_capacity;
 } pti_environment;
 
 /* Direction and place on the map: u to the right from the left border (+z, seen from the middle, -z), v down from +y. */
@@ -3747,19 +3987,40 @@ static pt_vec3 pti_environment_map(const pti_environment *e, pt_vec3 d) {      /
     return pti_mul(e->color, pti_texture_bilinear(e->texture, u, v, 1));
 }
 static pt_vec3 pti_environment_radiance(const pti_environment *e, pt_vec3 wi) {
-    return e->present ? pti_environment_map(e, pti_environment_turn(e, wi, -1)) : pt_v3(0, 0, 0);
+    pt_vec3 L = e->present ? pti_environment_map(e, pti_environment_turn(e, wi, -1)) : pt_v3(0, 0, 0);
+    size_t i;
+    for (i = 0; i < e->sun_count; i++) if (pti_sun_holds(e->suns + i, wi)) L = pti_add(L, e->suns[i].radiance);
+    return L;
 }
-static int pti_environment_sample(const pti_environment *e, float u, float v, pt_vec3 *wi) {
+static int pti_environment_sample_map(const pti_environment *e, float u, float v, pt_vec3 *wi) {
     float x, y;
     pti_sample_table2(&e->table, u, v, &x, &y);
     *wi = pti_normalize(pti_environment_turn(e, pti_uv_to_direction(x, y), 1));
     return 1;
 }
-static float pti_environment_pdf(const pti_environment *e, pt_vec3 wi) {       /* p(u,v) over |d wi / d(u,v)| */
+static float pti_environment_pdf_map(const pti_environment *e, pt_vec3 wi) {   /* p(u,v) over |d wi / d(u,v)| */
     float u, v, sine = pti_max(sqrtf(wi.x * wi.x + wi.z * wi.z), 1e-10f);
     pti_direction_to_uv(pti_environment_turn(e, wi, -1), &u, &v);
     return pti_pdf_table2(&e->table, u, v) / (2 * PTI_PI * PTI_PI * sine);
 }
+/* u decides for a part, and is stretched to be whole again. */
+static int pti_environment_sample(const pti_environment *e, float u, float v, pt_vec3 *wi) {
+    const pti_sun *s = e->suns;
+    size_t left = e->sun_count;
+    if (left == 0) return pti_environment_sample_map(e, u, v, wi);
+    if (u < e->share) return pti_environment_sample_map(e, pti_min(u / e->share, PTI_BELOW_1), v, wi);
+    for (u -= e->share; left > 1 && u >= s->share; left--) u -= (s++)->share;
+    return pti_sun_sample(s, s->share > 0 ? pti_min(u / s->share, PTI_BELOW_1) : u, v, wi);
+}
+static float pti_environment_pdf(const pti_environment *e, pt_vec3 wi) {
+    float p = e->share > 0 ? e->share * pti_environment_pdf_map(e, wi) : 0.0f;
+    size_t i;
+    for (i = 0; i < e->sun_count; i++) p += e->suns[i].share * pti_sun_pdf(e->suns + i, wi);
+    return p;
+}
+/* An estimate of the light that falls on a surface out there, per unit area; 0 if the density has nothing to draw. */
+static float pti_environment_irradiance(const pti_environment *e) { return e->irradiance; }
+
 /* Luminance of a cell, never 0 where the bilinear map is not: a tent over 3 x 3 points, from border to border. */
 static float pti_environment_cell(const pti_environment *e, int x, int y) {
     float sum = 0, l;
@@ -3779,8 +4040,19 @@ static void pti_environment_free(pti_environment *e, const pt_allocator *a) {
     pti_free(a, e->table.rows, (size_t)e->table.height + 1, sizeof(float));
     pti_free(a, e->table.cells, ((size_t)e->table.width + 1) * (size_t)e->table.height, sizeof(float));
     memset(&e->table, 0, sizeof e->table);
+    pti_free(a, e->suns, e->sun_capacity, sizeof *e->suns);
 }
-static int pti_environment_build(pti_environment *e, const pt_allocator *a) {  /* 0 when out of memory */
+/* Shares by irradiance, but never less than a quarter for the map: in the shade of the suns it is all the light. */
+static void pti_environment_shares(pti_environment *e) {
+    float map = e->textured ? PTI_PI * e->mean : 0.0f, suns = 0;
+    size_t i;
+    for (i = 0; i < e->sun_count; i++) suns += pti_sun_irradiance(e->suns + i);
+    e->irradiance = map + suns;
+    e->share = suns > 0 ? map > 0 ? pti_max(map / (map + suns), 0.25f) : 0.0f : e->textured ? 1.0f : 0.0f;
+    for (i = 0; i < e->sun_count && suns > 0; i++)
+        e->suns[i].share = (1 - e->share) * (pti_sun_irradiance(e->suns + i) / suns);
+}
+static int pti_environment_build_map(pti_environment *e, const pt_allocator *a) {  /* 0 when out of memory */
     pti_table2 *t = &e->table;
     float *row, *cell, s, c;
     double total = 0, weight = 0;
@@ -3810,6 +4082,11 @@ static int pti_environment_build(pti_environment *e, const pt_allocator *a) {  /
     pti_free(a, cell, (size_t)t->width, sizeof(float));
     return t->rows && t->cells && row && cell;
 }
+static int pti_environment_build(pti_environment *e, const pt_allocator *a) {
+    int fine = pti_environment_build_map(e, a);
+    pti_environment_shares(e);
+    return fine;
+}
 
 /* ---- >>scene -------------------------------------------------------------------------------------------
    Where all that comes in is checked and kept. Nothing below this chapter meets an index out of range, nor a
@@ -3833,6 +4110,8 @@ struct pt_scene {
     pti_lights lights;
     pti_environment environment;
     pt_texture environment_texture;
+    uint32_t light_count;                                /* added by pt_add_light */
+    int has_spots;
 };
 
 #define PTI_MAX_COORDINATE 1e12f
@@ -3914,7 +4193,7 @@ PT_DEF void pt_scene_destroy(pt_scene *s) {
 }
 PT_DEF const char *pt_scene_error(const pt_scene *s) { return s ? s->error.text : "out of memory for the scene"; }
 
-/* ---- materials, textures, densities, lights */
+/* ---- materials, textures, densities */
 
 static pti_material *pti_material_slot(pt_scene *s) {
     void *array = s->materials;
@@ -4192,51 +4471,6 @@ PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d) {
     return id;
 }
 
-/* A sky that the film could not take would come out black. */
-static int pti_check_map(pt_scene *s, const pti_texture *t) {
-    int x, y;
-    for (y = 0; y < t->height; y++)
-        for (x = 0; x < t->width; x++) {
-            pt_vec3 c = pti_texel(t, x, y);
-            if (c.x >= 0 && c.y >= 0 && c.z >= 0 && pti_in_range3(c)) continue;
-            pti_fail(&s->error, PT_ERR_ARG, "pt_add_light: pixel (%d, %d) of the environment must be between 0 and 1e12 "
-                     "(it is %g %g %g)", x, y, (double)c.x, (double)c.y, (double)c.z);
-            return 0;
-        }
-    return 1;
-}
-PTI_NOINLINE pt_light pti_add_light_ieee(pt_scene *s, const pt_light_desc *d) {
-    const char *call = "pt_add_light";
-    pt_light id = { 0 };
-    pti_environment *e;
-    if (!pti_scene_open(s, call, d)) return id;
-    e = &s->environment;
-    if (!pti_check(s, d->kind == PT_LIGHT_ENVIRONMENT, call, "kind is no pt_light_kind", (float)d->kind)
-        || !pti_require(s, !e->present, call, "the scene has an environment already")
-        || !pti_check3(s, d->color.x >= 0 && d->color.y >= 0 && d->color.z >= 0 && pti_in_range3(d->color), call,
-                       "color must be between 0 and 1e12", d->color)
-        || !pti_check(s, fabsf(d->rotate_deg) <= 36000, call, "rotate_deg must be within 36000", d->rotate_deg)
-        || !pti_check_id(s, d->texture.id, s->texture_count, call, "texture")
-        || !pti_check(s, !d->texture.id || s->textures[d->texture.id - 1].pixels, call,
-                      "an environment's texture must have pixels; for a callback, see radiance", (float)d->texture.id)
-        || (d->texture.id && !pti_check_map(s, s->textures + (d->texture.id - 1)))) return id;
-    e->present = 1;
-    e->color = d->color;
-    e->radiance = d->radiance; e->user = d->user;
-    e->textured = d->texture.id || d->radiance;
-    if (e->textured && pti_is_zero3(e->color)) e->color = pt_v3(1, 1, 1);
-    s->environment_texture = d->texture;
-    pti_sincos(d->rotate_deg * (PTI_PI / 180), &e->sine, &e->cosine);
-    id.id = 1;
-    return id;
-}
-PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d) {
-    pti_fpmode mode = pti_fpmode_enter();
-    pt_light id = pti_add_light_ieee(s, d);
-    pti_fpmode_leave(mode);
-    return id;
-}
-
 /* ---- shapes */
 
 static pti_shape *pti_shape_slot(pt_scene *s, pti_shape_kind kind, size_t prims, pt_material m) {
@@ -4447,7 +4681,8 @@ PTI_NOINLINE pt_shape pti_add_instance_ieee(pt_scene *s, const pt_scene *of, con
     if (!pti_scene_open(s, call, of)
         || !pti_require(s, of != s, call, "a scene can not contain itself")
         || !pti_require(s, of->committed, call, "commit the scene before you place it")
-        || !pti_require(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself"))
+        || !pti_require(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself")
+        || !pti_require(s, !of->has_spots, call, "a scene with spots can not be placed: their axes would not turn"))
         return none;
     for (i = 0; i < 12; i++)
         if (!pti_check(s, pti_in_range(x.m[i]), call, "xform must be finite and below 1e12", x.m[i])) return none;
@@ -4487,6 +4722,145 @@ PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *u
     shape->as.user.lo = lo;
     shape->as.user.hi = hi;
     return pti_last_shape(s);
+}
+
+/* ---- lights without a shape */
+
+/* A sky that the film could not take would come out black. */
+static int pti_check_map(pt_scene *s, const pti_texture *t) {
+    int x, y;
+    for (y = 0; y < t->height; y++)
+        for (x = 0; x < t->width; x++) {
+            pt_vec3 c = pti_texel(t, x, y);
+            if (c.x >= 0 && c.y >= 0 && c.z >= 0 && pti_in_range3(c)) continue;
+            pti_fail(&s->error, PT_ERR_ARG, "pt_add_light: pixel (%d, %d) of the environment must be between 0 and 1e12 "
+                     "(it is %g %g %g)", x, y, (double)c.x, (double)c.y, (double)c.z);
+            return 0;
+        }
+    return 1;
+}
+static int pti_add_environment(pt_scene *s, const pt_light_desc *d) {
+    const char *call = "pt_add_light";
+    pti_environment *e = &s->environment;
+    if (!pti_check(s, fabsf(d->rotate_deg) <= 36000, call, "rotate_deg must be within 36000", d->rotate_deg)
+        || !pti_check_id(s, d->texture.id, s->texture_count, call, "texture")
+        || !pti_check(s, !d->texture.id || s->textures[d->texture.id - 1].pixels, call,
+                      "an environment's texture must have pixels; for a callback, see radiance", (float)d->texture.id)
+        || (d->texture.id && !pti_check_map(s, s->textures + (d->texture.id - 1)))) return 0;
+    e->radiance = d->radiance; e->user = d->user;
+    e->textured = d->texture.id || d->radiance;
+    s->environment_texture = d->texture;
+    pti_sincos(d->rotate_deg * (PTI_PI / 180), &e->sine, &e->cosine);
+    return 1;
+}
+static pt_vec3 pti_light_direction(const pt_light_desc *d) {
+    return pti_is_zero3(d->direction) ? pt_v3(0, -1, 0) : pti_normalize(d->direction);
+}
+static int pti_add_sun(pt_scene *s, const pt_light_desc *d, pt_vec3 irradiance) {
+    const char *call = "pt_add_light";
+    void *array = s->environment.suns;
+    pti_sun sun, *slot;
+    if (!pti_check(s, d->radius_deg == 0 || (d->radius_deg >= 0.001f && d->radius_deg <= 90), call,
+                   "radius_deg must be 0.001 to 90, or 0 for the sun's 0.2665", d->radius_deg)) return 0;
+    sun = pti_sun_of(pti_neg(pti_light_direction(d)), d->radius_deg > 0 ? d->radius_deg : 0.2665f, irradiance);
+    if (!pti_check3(s, pti_in_range3(sun.radiance), call, "color is too bright for so small a disk: its radiance must be "
+                    "below 1e12", sun.radiance)) return 0;
+    if (pti_is_zero3(irradiance)) return 1;              /* below the horizon, or black */
+    slot = (pti_sun *)pti_scene_slot(s, &array, &s->environment.sun_count, &s->environment.sun_capacity, sizeof *slot);
+    s->environment.suns = (pti_sun *)array;
+    if (!slot) return 0;
+    *slot = sun;
+    return 1;
+}
+static int pti_add_sky(pt_scene *s, const pt_light_desc *d) {
+    enum { WIDTH = 128, HEIGHT = 128 };                  /* across, the sky is smoother */
+    pti_environment *e = &s->environment;
+    pt_vec3 sun = pti_neg(pti_light_direction(d));
+    float across = sqrtf(sun.x * sun.x + sun.z * sun.z);
+    pt_texture_desc t;
+    pt_vec3 *map;
+    pti_sky sky;
+    if (!pti_check(s, d->turbidity == 0 || (d->turbidity >= 1.8f && d->turbidity <= 10), "pt_add_light",
+                   "turbidity must be 1.8 to 10, or 0 for 3", d->turbidity)) return 0;
+    pti_sky_build(&sky, sun, d->turbidity > 0 ? d->turbidity : 3.0f);
+    map = (pt_vec3 *)pti_alloc(&s->allocator, WIDTH * HEIGHT, sizeof *map);
+    if (!map) { pti_fail(&s->error, PT_ERR_MEMORY, "out of memory for the scene"); return 0; }
+    pti_sky_map(&sky, map, WIDTH, HEIGHT);
+    memset(&t, 0, sizeof t);
+    t.width = WIDTH; t.height = HEIGHT; t.channels = 3; t.bits = 32; t.pixels = map;
+    s->environment_texture = pt_add_texture(s, &t);
+    pti_free(&s->allocator, map, WIDTH * HEIGHT, sizeof *map);
+    if (!s->environment_texture.id) return 0;
+    e->textured = 1;
+    e->sine = across > 0 ? -sun.x / across : 0.0f;       /* the map's middle, -z, is turned to below the sun */
+    e->cosine = across > 0 ? -sun.z / across : 1.0f;
+    return pti_add_sun(s, d, sun.y > 0 ? pti_mul(e->color, pti_air_sunlight(&sky.air, 0, sun.y)) : pt_v3(0, 0, 0));
+}
+/* A sphere of radiance L has the power 4 pi r^2 pi L. */
+static int pti_add_bulb(pt_scene *s, const pt_light_desc *d, int spot) {
+    const char *call = "pt_add_light";
+    float radius = d->radius > 0 ? d->radius : 0.01f, cone = d->cone_deg > 0 ? d->cone_deg : 45.0f;
+    float blend = d->blend > 0 ? d->blend : 0.15f, sine, cosine;
+    pt_material_desc black;
+    pt_material id;
+    pti_profile *profile;
+    memset(&black, 0, sizeof black);
+    black.emission = pti_scale(d->color, 1 / (4 * PTI_PI * PTI_PI * radius * radius));
+    if (!pti_check3(s, pti_in_range3(d->position), call, "position must be finite and below 1e12", d->position)
+        || !pti_check(s, d->radius >= 0 && pti_in_range(d->radius), call, "radius must be between 0 and 1e12", d->radius)
+        || !pti_check3(s, pti_in_range3(black.emission), call, "color is too bright for so small a sphere: its radiance must "
+                       "be below 1e12", black.emission)
+        || (spot && !(pti_check(s, cone >= 0.1f && cone <= 90 && d->cone_deg >= 0, call,
+                                "cone_deg must be 0.1 to 90, or 0 for 45", d->cone_deg)
+                      && pti_check(s, d->blend == 0 || (d->blend >= 0.001f && d->blend <= 1), call,
+                                   "blend must be 0.001 to 1, or 0 for 0.15", d->blend))))
+        return 0;
+    id = pt_add_material(s, &black);
+    if (!id.id) return 0;
+    if (spot) {
+        s->has_spots = 1;
+        profile = &s->materials[id.id].profile;
+        profile->axis = pti_light_direction(d);
+        pti_sincos(cone * (PTI_PI / 360), &sine, &cosine);
+        profile->outer = 2 * sine * sine;
+        pti_sincos(cone * (1 - blend) * (PTI_PI / 360), &sine, &cosine);
+        profile->inner = 2 * sine * sine;
+    }
+    return pt_add_sphere(s, d->position, radius, id).id != 0;
+}
+PTI_NOINLINE pt_light pti_add_light_ieee(pt_scene *s, const pt_light_desc *d) {
+    const char *call = "pt_add_light";
+    pt_light id = { 0 };
+    int sky, fine;
+    if (!pti_scene_open(s, call, d)
+        || !pti_check(s, d->kind >= PT_LIGHT_ENVIRONMENT && d->kind <= PT_LIGHT_SKY, call, "kind is no pt_light_kind",
+                      (float)d->kind)
+        || !pti_check3(s, d->color.x >= 0 && d->color.y >= 0 && d->color.z >= 0 && pti_in_range3(d->color), call,
+                       "color must be between 0 and 1e12", d->color)) return id;
+    sky = d->kind == PT_LIGHT_ENVIRONMENT || d->kind == PT_LIGHT_SKY;
+    if ((sky && !pti_require(s, !s->environment.present, call, "the scene has an environment already"))
+        || (d->kind != PT_LIGHT_ENVIRONMENT && d->kind != PT_LIGHT_POINT
+            && !pti_check3(s, pti_in_range3(d->direction), call, "direction must be finite and below 1e12", d->direction)))
+        return id;
+    if (sky) {
+        int multiplies = d->kind == PT_LIGHT_SKY || d->texture.id || d->radiance;
+        s->environment.color = multiplies && pti_is_zero3(d->color) ? pt_v3(1, 1, 1) : d->color;
+    }
+    switch (d->kind) {
+    case PT_LIGHT_ENVIRONMENT: fine = pti_add_environment(s, d); break;
+    case PT_LIGHT_SUN:         fine = pti_add_sun(s, d, d->color); break;
+    case PT_LIGHT_SKY:         fine = pti_add_sky(s, d); break;
+    default:                   fine = pti_add_bulb(s, d, d->kind == PT_LIGHT_SPOT); break;
+    }
+    s->environment.present |= sky && fine;
+    if (fine) id.id = ++s->light_count;
+    return id;
+}
+PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_light id = pti_add_light_ieee(s, d);
+    pti_fpmode_leave(mode);
+    return id;
 }
 
 /* ---- commit: emitters are found, then the trees are built */
@@ -4554,9 +4928,12 @@ static int pti_collect_emitters(pt_scene *s, const pt_scene *from, const pti_ins
             if (!pti_emitters_of_mesh(s, shape, luminance, m->desc.two_sided, in)) return 0;
         } else if (shape->kind == PTI_SPHERE && m->emits) {
             pt_vec3 c = shape->as.sphere.center;
+            pti_emitter e;
             if (in) { c = pti_xform_point(&in->to_world, c); scale = pti_xform_uniform_scale(&in->to_world); }
-            if (!pti_emitter_add(s, pti_emitter_sphere(c, shape->as.sphere.radius * scale, luminance, m->desc.two_sided)))
-                return 0;
+            e = pti_emitter_sphere(c, shape->as.sphere.radius * scale, luminance, m->desc.two_sided);
+            e.n = m->profile.axis;
+            e.spot = m->profile.outer;
+            if (!pti_emitter_add(s, e)) return 0;
         }
     }
     return 1;
@@ -4679,7 +5056,7 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     mix.bsdf = 1; mix.lights = mix.environment = mix.users = 0;
     if (surface->delta > 0.999f) return mix;             /* deltas only */
     from_lights = pti_lights_irradiance(&s->lights, mix.x->p);
-    from_sky = s->environment.textured ? PTI_PI * s->environment.mean : 0.0f;
+    from_sky = pti_environment_irradiance(&s->environment);
     if (automatic) {                                     /* half for the BSDF, which bounds f / p; half for the light */
         rest = from_lights + from_sky;
         if (rest > 0) { mix.lights = 0.5f * from_lights / rest; mix.environment = 0.5f * from_sky / rest; }

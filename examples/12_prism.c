@@ -34,8 +34,8 @@ int main(void) {
     pt_material black = pt_add_material(s, &(pt_material_desc){ .color = {.02f, .02f, .02f} });
     pt_add_mesh(s, &(pt_mesh_desc){ .positions = corner, .vertex_count = 6, .indices = face, .index_count = 24, .material = glass });
     pt_add_quad(s, pt_v3(-4, -1, -3), pt_v3(0, 0, 6), pt_v3(9, 0, 0), paper);
-    pt_add_quad(s, pt_v3(-1.2f, -1, -3), pt_v3(0, .40f, 0), pt_v3(0, 0, 6), black);      /* the slit: 5 cm */
-    pt_add_quad(s, pt_v3(-1.2f, -.55f, -3), pt_v3(0, 1.6f, 0), pt_v3(0, 0, 6), black);
+    pt_add_quad(s, pt_v3(-1.2f, -1, -3), pt_v3(0, .575f, 0), pt_v3(0, 0, 6), black);     /* the slit: 5 cm */
+    pt_add_quad(s, pt_v3(-1.2f, -.375f, -3), pt_v3(0, 1.4f, 0), pt_v3(0, 0, 6), black);
     pt_add_sphere(s, pt_v3(-173.2f, -100, 0), 1.0f, sun);
     pt_add_light(s, &(pt_light_desc){ .color = {.02f, .02f, .022f} });
     pt_add_density(s, &(pt_density_desc){ .weight = .6f, .sample = cone_sample, .pdf = cone_pdf });

@@ -559,6 +559,380 @@ static void lamps_in_instances(void) {
     }
 }
 
+/* ---- suns ---- */
+
+static void add_sun(pt_scene *s, pt_vec3 from, float E, float radius_deg) {
+    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .color = { E, E, E }, .direction = pti_neg(from), .radius_deg = radius_deg });
+}
+static void add_even_map(pt_scene *s, float radiance) {  /* by picture, so that it has a density */
+    int i;
+    for (i = 0; i < 16 * 8; i++) map_pixels[i] = radiance;
+    pt_add_light(s, &(pt_light_desc){ .texture = grey_map(s, map_pixels, 16, 8) });
+}
+/* On level ground E sin(elevation), as long as all of the disk is above the horizon; suns and maps add up. */
+static void sun_irradiance(void) {
+    static const struct { float elevation, radius, elevation2, radius2, map; } c[] = {
+        { 90, 0, 0, 0, 0 }, { 35, 0, 0, 0, 0 }, { 2, 0, 0, 0, 0 }, { 35, 0.001f, 0, 0, 0 }, { 35, 5, 0, 0, 0 }, { 55, 34, 0, 0, 0 },
+        { 90, 90, 0, 0, 0 }, { 35, 0, 70, 3, 0 }, { 35, 0, 35.1f, 0, 0 }, { 50, 4, 52, 8, 2 }, { 35, 0, 70, 3, 0.5f }, { 20, 0, -30, 0, 1 },
+        { -20, 0, 0, 0, 1 } };
+    static const pt_weights weights[] = { { 0, 0, 0 }, { 0.3f, 0, 0.7f } };
+    int i, k;
+    for (i = 0; i < (int)(sizeof c / sizeof *c); i++) for (k = 0; k < 2; k++) {
+        pt_scene *s = floor_scene();
+        pt_render_desc d = view_down(pt_v3(0, 0, 0), 8, 1024);
+        double a = c[i].elevation * STATS_PI / 180, b = c[i].elevation2 * STATS_PI / 180, E;
+        stats_moments m;
+        add_sun(s, pt_v3((float)cos(a), (float)sin(a), 0), 10, c[i].radius);
+        if (c[i].elevation2 != 0) add_sun(s, pt_v3(0, (float)(3 * sin(b)), (float)(3 * cos(b))), 4, c[i].radius2);
+        if (c[i].map > 0) add_even_map(s, c[i].map);
+        E = 10 * fmax(sin(a), 0) + (c[i].elevation2 != 0 ? 4 * fmax(sin(b), 0) : 0) + STATS_PI * c[i].map;
+        d.weights = weights[k];
+        test_case("case %d, weights %d", i, k);
+        if (commit(s)) {
+            m = render_pixels(s, &d);
+            CHECK_NEAR(m.mean * STATS_PI / E, 1, 5e-3);
+            CHECK_P(fabs(m.mean - E / STATS_PI) <= (c[i].radius == 0.001f ? 5e-3 : 1e-4) * E ? 1.0 : stats_t_test(&m, E / STATS_PI));
+        }
+        pt_scene_destroy(s);
+    }
+}
+/* What a camera sees: E / (pi sin^2 r) inside the disk, none outside of it; the default points straight down. */
+static void sun_in_the_sky(void) {
+    static const float radius[] = { 0, 0.01f, 1, 30, 90 };
+    int i, k;
+    for (i = 0; i < 5; i++) {
+        pt_scene *s = pt_scene_create(NULL);
+        double r = (radius[i] > 0 ? (double)radius[i] : 0.2665) * STATS_PI / 180, L = 3 / (STATS_PI * sin(r) * sin(r));
+        pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .color = { 3, 3, 3 }, .radius_deg = radius[i] });
+        test_case("radius %g", (double)radius[i]);
+        if (commit(s)) for (k = 0; k < 2; k++) {
+            double a = r * (k ? 1.01 : 0.99);
+            pt_vec3 d = pt_v3((float)sin(a), (float)cos(a), 0), got = pti_environment_radiance(&s->environment, d);
+            CHECK_NEAR(got.y, k ? 0 : L, 1e-5 * L);
+            CHECK((pti_environment_pdf(&s->environment, d) > 0) == !k);
+        }
+        pt_scene_destroy(s);
+    }
+}
+/* 16 x 16 pixels, and the same with BSDF sampling alone: the differences are 0 on average, by t-test. */
+static void check_pictures_agree(const pt_scene *s, pt_render_desc d, int naive_spp) {
+    static float a[16 * 16 * 3], b[16 * 16 * 3];
+    stats_moments m = { 0, 0, 0 };
+    double mean = 0;
+    int i;
+    if (!render(s, &d, a, NULL)) return;
+    d.weights.bsdf = 1; d.seed = 1; d.spp = naive_spp;
+    if (!render(s, &d, b, NULL)) return;
+    for (i = 0; i < 16 * 16; i++) { stats_push(&m, a[3 * i + 1] - b[3 * i + 1]); mean += a[3 * i + 1] / 256; }
+    CHECK_P(stats_t_test(&m, 0));
+    CHECK(mean > 0.05);
+    CHECK_NEAR(stats_error(&m) / mean, 0, 0.03);
+}
+/* One that the BSDF alone finds now and then, over a slope and a mirror's picture of it. */
+static void big_sun_agrees(void) {
+    int with_map;
+    for (with_map = 0; with_map < 2; with_map++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(0, 2, 3), pt_v3(0, 0, 0), 20, 16, 256);
+        pt_add_quad(s, pt_v3(-5, -0.5f, -5), pt_v3(0, 0, 10), pt_v3(10, 1, 0), diffuse(s, 0.6f));
+        pt_add_sphere(s, pt_v3(0.1f, 0.3f, 0), 0.3f, mirror(s, 0.8f));
+        add_sun(s, pt_v3(0.5f, 1, 0.4f), 5, 5);
+        add_sun(s, pt_v3(-0.5f, 1, 0.3f), 2, 6);
+        if (with_map) add_even_map(s, 0.3f);
+        test_case("map %d", with_map);
+        if (commit(s)) check_pictures_agree(s, d, 2048);
+        pt_scene_destroy(s);
+    }
+}
+typedef struct far_light { const pti_environment *e; int lost; } far_light;
+static int far_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
+    far_light *f = (far_light *)ctx;
+    int tries;
+    for (tries = 0; tries < 100; tries++) {
+        float u = pt_rng_float(rng), v = pt_rng_float(rng);
+        if (pti_environment_sample(f->e, u, v, wi)) return 1;
+        f->lost++;
+    }
+    return 0;
+}
+static double far_pdf(void *ctx, pt_vec3 wi) { return pti_environment_pdf(((const far_light *)ctx)->e, wi); }
+static void suns_and_map_densities(void) {
+    enum { ONE, TINY, TWO, OVERLAP, NESTED_MAP, DARK_MAP, SKY, KINDS };
+    int kind;
+    for (kind = 0; kind < KINDS; kind++) {
+        pt_scene *s = pt_scene_create(NULL);
+        chi2_directions_desc d;
+        far_light f;
+        double shares = 0;
+        size_t i;
+        memset(&d, 0, sizeof d);
+        d.ax = 0.5; d.ay = 1; d.az = 0.4;
+        if (kind == SKY) pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SKY, .direction = { -0.5f, -1, -0.4f }, .radius_deg = 6 });
+        else add_sun(s, pt_v3(0.5f, 1, 0.4f), 5, kind == TINY ? 0 : 5);
+        if (kind == ONE || kind == TINY) d.zoom = kind == TINY ? 1.2e-5 : 0.005;
+        if (kind == TWO) add_sun(s, pt_v3(-0.5f, 0.2f, 0.1f), 7, 20);
+        if (kind == OVERLAP || kind == NESTED_MAP) { add_sun(s, pt_v3(0.5f, 1, 0.5f), 7, 20); add_sun(s, pt_v3(0.5f, 1, 0.4f), 2, 5); }
+        if (kind == NESTED_MAP) add_even_map(s, 1);
+        if (kind == DARK_MAP) add_even_map(s, 0);
+        d.sample = far_sample; d.pdf = far_pdf; d.ctx = &f;
+        d.n = 20000; d.tolerance = 0.004; d.zero_allowed = 2;
+        f.e = &s->environment; f.lost = 0;
+        test_case("kind %d", kind);
+        if (commit(s)) {
+            chi2_directions(&d);
+            CHECK(f.lost < 20);
+            for (i = 0; i < f.e->sun_count; i++) shares += (double)f.e->suns[i].share;
+            CHECK_NEAR(shares + (double)f.e->share, 1, 1e-6);
+            CHECK(f.e->share == 0 || f.e->share >= 0.25f);
+            CHECK((f.e->share > 0) == (kind == NESTED_MAP || kind == SKY));
+        }
+        pt_scene_destroy(s);
+    }
+}
+static void suns_are_in_the_mixture(void) {              /* also where there is nothing else */
+    int k;
+    for (k = 0; k < 3; k++) {
+        pt_scene *s = floor_scene();
+        pt_vertex x = vertex_of(pt_v3(0, 1, 0), pt_v3(0, 1, 0), pt_v3(0, 1, 0));
+        pt_weights automatic = { 0, 0, 0 };
+        if (k < 2) add_sun(s, pt_v3(0, 1, 1), 5, 0);
+        if (k != 1) sky(s, 1);
+        if (commit(s)) {
+            pti_surface surface;
+            pti_mixture m;
+            pti_surface_at(s->materials + 1, &x, &surface);
+            m = pti_mixture_at(s, &surface, &automatic);
+            CHECK_NEAR(m.environment, k < 2 ? 0.5 : 0, 1e-6);
+            CHECK_NEAR(pti_environment_irradiance(&s->environment), k < 2 ? 5 : 0, 1e-5);
+        }
+        pt_scene_destroy(s);
+    }
+}
+
+/* ---- points and spots ---- */
+
+static void points_are_spheres(void) {
+    static float rgb[2][16 * 16 * 3];
+    pt_render_desc d = view(pt_v3(0, 2, 4), pt_v3(0, 0.6f, 0), 50, 16, 32);
+    int k;
+    for (k = 0; k < 2; k++) {
+        pt_scene *s = floor_scene();
+        float L = 7 * (1 / (4 * PTI_PI * PTI_PI * 0.3f * 0.3f));
+        pt_material m = { 0 };
+        if (k) m = pt_add_material(s, &(pt_material_desc){ .emission = { L, L, L } });
+        if (k) pt_add_sphere(s, pt_v3(0.1f, 1, 0), 0.3f, m);
+        else pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_POINT, .position = { 0.1f, 1, 0 }, .radius = 0.3f, .color = { 7, 7, 7 } });
+        if (commit(s)) { CHECK_EQ_INT(s->lights.count, 1); render(s, &d, rgb[k], NULL); }
+        pt_scene_destroy(s);
+    }
+    CHECK(memcmp(rgb[0], rgb[1], sizeof rgb[0]) == 0);
+    CHECK(rgb[0][3 * (16 * 8 + 8)] > 0);
+}
+/* Irradiance on the floor, along a line: P cos / (4 pi d^2), and what of it the cone lets pass. The floor is a small patch at
+   the origin, over which the lamp moves: rays start a little above it, in proportion to its coordinates, and a lamp of 1 mm
+   would notice that. */
+static void spots_on_a_line(void) {
+    static const struct { float cone, blend, tilt; } c[] = { { 0, 0, 0 }, { 30, 0.5f, 20 }, { 20, 1, 0 }, { 90, 0.3f, 60 }, { 3, 0.2f, 30 },
+                                                             { -1, 0, 0 } };       /* none: a point */
+    int i, k;
+    for (i = 0; i < (int)(sizeof c / sizeof *c); i++) for (k = 0; k < 9; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        double cone = c[i].cone > 0 ? (double)c[i].cone : 45, blend = c[i].blend > 0 ? (double)c[i].blend : 0.15, tilt = c[i].tilt * STATS_PI / 180;
+        double off = (k - 4) / 3.5 * cone * STATS_PI / 180, angle = tilt + off, x, d2, outer, inner, g = 1, E;
+        pt_render_desc d;
+        stats_moments m;
+        if (fabs(angle) > 1.3) { pt_scene_destroy(s); continue; }
+        x = 2 * tan(angle);
+        d2 = 4 + x * x;
+        outer = cos(cone * STATS_PI / 180); inner = cos(cone * (1 - blend) * STATS_PI / 180);
+        if (i < 5) { g = fmin(fmax((cos(off) - outer) / (inner - outer), 0), 1); g = g * g * (3 - 2 * g); }
+        E = 50 * g * 2 / sqrt(d2) / (4 * STATS_PI * d2);
+        pt_add_quad(s, pt_v3(-0.05f, 0, -0.05f), pt_v3(0, 0, 0.1f), pt_v3(0.1f, 0, 0), diffuse(s, 1));
+        pt_add_light(s, &(pt_light_desc){ .kind = i < 5 ? PT_LIGHT_SPOT : PT_LIGHT_POINT, .position = { (float)-x, 2, 0 }, .radius = 0.001f,
+            .direction = { (float)(3 * sin(tilt)), (float)(-3 * cos(tilt)), 0 }, .color = { 50, 50, 50 }, .cone_deg = c[i].cone, .blend = c[i].blend });
+        d = view_down(pt_v3(0, 0, 0), 8, 256);
+        d.weights.bsdf = 0.05f; d.weights.lights = 0.95f;
+        d.camera.vfov_deg = 0.02f;
+        test_case("spot %d, place %d", i, k);
+        if (commit(s)) {
+            m = render_pixels(s, &d);
+            CHECK_NEAR(m.mean * STATS_PI, E, 5e-3 * E + 2e-5);
+            if (g > 0) CHECK_P(fabs(m.mean * STATS_PI - E) < 5e-4 * E + 2e-5 ? 1.0 : stats_t_test(&m, E / STATS_PI));
+        }
+        pt_scene_destroy(s);
+    }
+}
+/* Where any of a spot's light comes, its emitter may be drawn; and it is drawn there alone, or nearly. */
+static void spots_shine_where_they_are_drawn(void) {
+    static const float cones[] = { 0.1f, 5, 45, 90 };
+    pt_rng rng;
+    int i, k, near = 0;
+    pt_rng_seed(&rng, 5, 5);
+    for (k = 0; k < 4; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        const pti_emitter *e;
+        const pti_profile *profile;
+        pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SPOT, .position = { 0.2f, 0.1f, 0.3f }, .radius = 0.4f, .direction = { 1, 2, -3 },
+                                          .color = { 9, 9, 9 }, .cone_deg = cones[k] });
+        if (!commit(s)) { pt_scene_destroy(s); continue; }
+        e = s->lights.emitters;
+        profile = &s->materials[1].profile;
+        test_case("cone %g", (double)cones[k]);
+        for (i = 0; i < 20000; i++) {
+            pt_vec3 n = stats_direction(&rng), w, t, b, q, p;
+            float u = pt_rng_float(&rng), v = pt_rng_float(&rng), far = 5 * pt_rng_float(&rng);
+            pti_basis(profile->axis, &t, &b);
+            w = pti_normalize(pti_to_world(t, b, profile->axis, pti_sample_cone(profile->outer, u, v)));
+            q = pti_madd(n, 0.4f, e->p);
+            p = pti_madd(w, far, q);
+            if (pti_dot(n, w) > 1e-3f && far > 1e-3f && pti_profile_at(profile, w) > 1e-4f && !CHECK(pti_emitter_faces(e, p))) break;
+            p = pti_madd(stats_direction(&rng), 5, e->p);
+            near += pti_emitter_faces(e, p);
+        }
+        CHECK(!pti_emitter_faces(e, pti_madd(profile->axis, -5, e->p)));
+        CHECK(near < (k < 3 ? 20000 * 0.25 : 20000));
+        near = 0;
+        pt_scene_destroy(s);
+    }
+}
+static void spots_agree(void) {                          /* wide ones, which the BSDF finds, too; seen, and in a mirror */
+    pt_scene *s = floor_scene();
+    pt_render_desc d = view(pt_v3(0, 2, 6), pt_v3(0, 0.5f, 0), 40, 16, 512);
+    pt_add_sphere(s, pt_v3(-1, 0.5f, 0), 0.5f, mirror(s, 0.8f));
+    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SPOT, .position = { 0, 1.5f, 0 }, .radius = 0.4f, .direction = { 0.3f, -1, 0 },
+                                      .color = { 90, 90, 90 }, .cone_deg = 40, .blend = 0.6f });
+    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SPOT, .position = { 1, 1.2f, 0 }, .radius = 0.3f, .direction = { -1, -0.2f, 0.4f },
+                                      .color = { 50, 50, 50 }, .cone_deg = 60 });
+    if (commit(s)) check_pictures_agree(s, d, 4096);
+    pt_scene_destroy(s);
+}
+
+/* ---- the sky ---- */
+
+static pt_vec3 towards(double elevation, double azimuth) {             /* degrees; azimuth from +x */
+    double e = elevation * STATS_PI / 180, a = azimuth * STATS_PI / 180;
+    return pt_v3((float)(cos(e) * cos(a)), (float)sin(e), (float)(cos(e) * sin(a)));
+}
+static pt_scene *clear_sky(double elevation, float turbidity) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SKY, .direction = pti_neg(towards(elevation, 40)), .turbidity = turbidity });
+    commit(s);
+    return s;
+}
+static pt_vec3 sky_at(const pt_scene *s, pt_vec3 d) {     /* without the disk */
+    return pti_environment_map(&s->environment, pti_environment_turn(&s->environment, d, -1));
+}
+/* Of level ground under the sky's dome, and of a surface that faces the sun, in W/m^2. */
+static pt_vec3 dome_irradiance(const pt_scene *s) {
+    pt_vec3 sum = { 0, 0, 0 };
+    int i, n = 64;
+    for (i = 0; i < n * n; i++) {
+        pt_vec3 d = pti_sample_cosine(((float)(i % n) + 0.5f) / (float)n, ((float)(i / n) + 0.5f) / (float)n);
+        sum = pti_add(sum, sky_at(s, pt_v3(d.x, d.z, d.y)));
+    }
+    return pti_scale(sum, (float)(STATS_PI / (n * n)));
+}
+static pt_vec3 disk_irradiance(const pt_scene *s) {
+    const pti_sun *sun = s->environment.suns;
+    if (!s->environment.sun_count) return pt_v3(0, 0, 0);
+    return pti_scale(sun->radiance, (float)STATS_PI * sun->one_minus_cos * (2 - sun->one_minus_cos));
+}
+static void sky_is_finite_and_symmetric(void) {
+    static const float turbidity[] = { 1.8f, 10 };
+    int k, e, i;
+    for (k = 0; k < 2; k++) for (e = -90; e <= 90; e += e < -10 ? 40 : e < 10 ? 5 : 40) {
+        pt_scene *s = clear_sky(e, turbidity[k]);
+        test_case("turbidity %g, sun at %d degrees", (double)turbidity[k], e);
+        for (i = 0; i < 600; i++) {
+            double elevation = i < 100 ? (i - 50) * 0.02 : i < 200 ? 90 - 0.1 * (i - 100) : -90 + 0.45 * (i - 200), off = (i * 37) % 180;
+            pt_vec3 a = sky_at(s, towards(elevation, 40 + off)), b = sky_at(s, towards(elevation, 40 - off));
+            if (!CHECK(pti_finite3(a) && a.x >= 0 && a.y >= 0 && a.z >= 0)) break;
+            if (!CHECK(pti_luminance(a) > 0 || e < -10)) break;
+            if (!CHECK_NEAR(a.x, b.x, 2e-3 * a.x) || !CHECK_NEAR(a.y, b.y, 2e-3 * a.y) || !CHECK_NEAR(a.z, b.z, 2e-3 * a.z)) break;
+        }
+        CHECK(pti_finite3(sky_at(s, pt_v3(0, 1, 0))) && pti_finite3(sky_at(s, pt_v3(0, -1, 0))));
+        pt_scene_destroy(s);
+    }
+}
+/* No step at the horizon, nor elsewhere but at the sun. */
+static void sky_has_no_seams(void) {
+    static const double suns[] = { 60, 15, 2, -3, -8 };
+    int i, k;
+    for (k = 0; k < 5; k++) {
+        pt_scene *s = clear_sky(suns[k], 3);
+        double last = 0;
+        test_case("sun at %g degrees", suns[k]);
+        for (i = 0; i <= 7200; i++) {                    /* from nadir to zenith, away from the sun */
+            double L = pti_luminance(sky_at(s, towards(-90 + i * 0.025, 160)));
+            if (i && !CHECK_NEAR(L / last, 1, 0.02)) break;
+            last = L;
+        }
+        pt_scene_destroy(s);
+    }
+}
+static void sky_looks_as_it_should(void) {
+    pt_scene *noon = clear_sky(60, 2), *evening = clear_sky(3, 2), *set = clear_sky(-0.5, 2), *dusk = clear_sky(-5, 2), *hazy = clear_sky(60, 8);
+    pt_vec3 sun = disk_irradiance(noon), low = disk_irradiance(evening), dome = dome_irradiance(noon), L, H;
+    double lux;
+    CHECK(sun.x > sun.y && sun.y > sun.z && low.y / low.x < 0.7 * (sun.y / sun.x) && low.z / low.x < 0.3 * (sun.z / sun.x));  /* redder */
+    lux = pti_luminance(sun) * 179;
+    CHECK(lux > 80000 && lux < 110000);                  /* a clear noon: direct 100 klx, diffuse 8 to 25 */
+    lux = pti_luminance(dome) * 179;
+    CHECK(lux > 8000 && lux < 35000);
+    CHECK(dome.z > 1.3f * dome.x);                       /* blue */
+    L = sky_at(noon, pt_v3(0, 1, 0));
+    H = sky_at(noon, towards(1, 160));
+    CHECK(pti_luminance(H) > 1.5f * pti_luminance(L));
+    CHECK(L.z / L.x > 1.3f * H.z / H.x);                 /* the horizon is paler */
+    CHECK(pti_luminance(disk_irradiance(hazy)) < 0.7f * pti_luminance(sun));
+    CHECK(set->environment.sun_count == 0 && dusk->environment.sun_count == 0);
+    L = dome_irradiance(evening);
+    CHECK(L.x / L.z > dome.x / dome.z);                  /* the evening's sky is redder than the noon's */
+    lux = pti_luminance(dome_irradiance(set)) * 179;     /* the tables of twilight: 400 to 800 lx at sunset, 3.4 at 6 degrees */
+    CHECK(lux > 300 && lux < 1200);
+    L = dome_irradiance(dusk);
+    lux = pti_luminance(L) * 179;
+    CHECK(lux > 5 && lux < 40 && L.z > 1.5f * L.x);      /* the blue hour */
+    L = sky_at(set, towards(2, 40));
+    CHECK(L.x > 1.5f * L.y && L.y > 1.5f * L.z);         /* red, where the sun has gone */
+    pt_scene_destroy(noon); pt_scene_destroy(evening); pt_scene_destroy(set); pt_scene_destroy(dusk); pt_scene_destroy(hazy);
+}
+/* Straight up, one atmosphere of each optical depth; low, as many as tables say (Kasten and Young 1989). */
+static void sunlight_through_air(void) {
+    static const double wavelength[] = { 0.636, 0.544, 0.442 }, ozone[] = { 0.11, 0.08, 0.005 };
+    static const double height[] = { 90, 60, 30, 10, 5, 2 }, airs[] = { 1, 1.154, 1.995, 5.58, 10.31, 19.5 };
+    int i, k;
+    for (i = 0; i < 6; i++) {
+        pti_air air = pti_air_of(2);
+        pt_vec3 got = pti_air_sunlight(&air, 0, (float)sin(height[i] * STATS_PI / 180));
+        for (k = 0; k < 3; k++) {
+            double depth = 0.008735 * pow(wavelength[k], -4.08) + (0.04608 * 2 - 0.04586) * pow(wavelength[k], -1.3) + 0.35 * ozone[k];
+            test_case("channel %d, sun at %g degrees", k, height[i]);
+            CHECK_NEAR(-log(pti_axis(got, k) / pti_axis(air.sun, k)) / (depth * airs[i]), 1, i < 4 ? 0.02 : i < 5 ? 0.06 : 0.1);
+        }
+    }
+}
+/* A picture of level ground gets the dome's irradiance and the disk's, and color multiplies both. */
+static void sky_lights_the_ground(void) {
+    int k;
+    for (k = 0; k < 2; k++) {
+        pt_scene *s = floor_scene();
+        pt_render_desc d = view_down(pt_v3(0, 0, 0), 8, 1024);
+        pt_vec3 color = k ? pt_v3(0.5f, 0.25f, 0.125f) : pt_v3(0, 0, 0);
+        pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SKY, .direction = pti_neg(towards(30, 40)), .color = color });
+        if (commit(s)) {
+            double E = dome_irradiance(s).y + 0.5 * (double)disk_irradiance(s).y, one;
+            pt_scene *plain = clear_sky(30, 0);
+            stats_moments m = render_pixels(s, &d);
+            CHECK_NEAR(m.mean * STATS_PI / E, 1, 5e-3);
+            one = dome_irradiance(plain).y + 0.5 * (double)disk_irradiance(plain).y;
+            CHECK_NEAR(E / one, k ? 0.25 : 1, 1e-4);
+            pt_scene_destroy(plain);
+        }
+        pt_scene_destroy(s);
+    }
+}
+
 void test_light(void) {
     RUN(flat_emitters);
     RUN(tiny_flat_emitters);
@@ -576,4 +950,18 @@ void test_light(void) {
     RUN(distant_lamps);
     RUN(many_lamps);
     RUN(lamps_in_instances);
+    RUN(sun_irradiance);
+    RUN(sun_in_the_sky);
+    RUN(big_sun_agrees);
+    RUN(suns_and_map_densities);
+    RUN(suns_are_in_the_mixture);
+    RUN(points_are_spheres);
+    RUN(spots_on_a_line);
+    RUN(spots_shine_where_they_are_drawn);
+    RUN(spots_agree);
+    RUN(sunlight_through_air);
+    RUN(sky_is_finite_and_symmetric);
+    RUN(sky_has_no_seams);
+    RUN(sky_looks_as_it_should);
+    RUN(sky_lights_the_ground);
 }

@@ -126,7 +126,7 @@ BAD(density_functions, pt_add_density(f->s, &(pt_density_desc){ .sample = densit
 BAD(density_weight, pt_add_density(f->s, &(pt_density_desc){ .sample = density_sample, .pdf = density_pdf, .weight = 1.5f }).id)
 BAD(density_nan, pt_add_density(f->s, &(pt_density_desc){ .sample = density_sample, .pdf = density_pdf, .weight = not_a_number() }).id)
 BAD(light_null, pt_add_light(f->s, NULL).id)
-BAD(light_kind, pt_add_light(f->s, &(pt_light_desc){ .kind = (pt_light_kind)3 }).id)
+BAD(light_kind, pt_add_light(f->s, &(pt_light_desc){ .kind = (pt_light_kind)5 }).id)
 BAD(light_color, pt_add_light(f->s, &(pt_light_desc){ .color = { 1, -1, 1 } }).id)
 BAD(light_color_inf, pt_add_light(f->s, &(pt_light_desc){ .color = { 1, infinite(), 1 } }).id)
 BAD(light_rotate, pt_add_light(f->s, &(pt_light_desc){ .rotate_deg = not_a_number() }).id)
@@ -134,7 +134,47 @@ BAD(light_texture, pt_add_light(f->s, &(pt_light_desc){ .texture = far_texture }
 static uint32_t bad_light_second(fixture *f) { pt_add_light(f->s, &(pt_light_desc){ .color = { 1, 1, 1 } }); return pt_add_light(f->s, &(pt_light_desc){ .color = { 1, 1, 1 } }).id; }
 static uint32_t bad_light_eval(fixture *f) { pt_texture t = pt_add_texture(f->s, &(pt_texture_desc){ .eval = grey_eval }); return pt_add_light(f->s, &(pt_light_desc){ .texture = t }).id; }
 
+#define LIGHT(...) pt_add_light(f->s, &(pt_light_desc){ __VA_ARGS__ }).id
+BAD(sun_direction, LIGHT(.kind = PT_LIGHT_SUN, .color = { 1, 1, 1 }, .direction = { 0, not_a_number(), 0 }))
+BAD(sun_radius, LIGHT(.kind = PT_LIGHT_SUN, .color = { 1, 1, 1 }, .radius_deg = 91))
+BAD(sun_small, LIGHT(.kind = PT_LIGHT_SUN, .color = { 1, 1, 1 }, .radius_deg = 1e-4f))
+BAD(sun_nan, LIGHT(.kind = PT_LIGHT_SUN, .color = { 1, 1, 1 }, .radius_deg = not_a_number()))
+BAD(sun_bright, LIGHT(.kind = PT_LIGHT_SUN, .color = { 1, 1e11f, 1 }))
+BAD(point_position, LIGHT(.kind = PT_LIGHT_POINT, .color = { 1, 1, 1 }, .position = { 0, 0, infinite() }))
+BAD(point_radius, LIGHT(.kind = PT_LIGHT_POINT, .color = { 1, 1, 1 }, .radius = -1))
+BAD(point_nan, LIGHT(.kind = PT_LIGHT_POINT, .color = { 1, 1, 1 }, .radius = not_a_number()))
+BAD(point_bright, LIGHT(.kind = PT_LIGHT_POINT, .color = { 1, 1, 1 }, .radius = 1e-15f))
+BAD(spot_direction, LIGHT(.kind = PT_LIGHT_SPOT, .color = { 1, 1, 1 }, .direction = { 0, infinite(), 0 }))
+BAD(spot_cone, LIGHT(.kind = PT_LIGHT_SPOT, .color = { 1, 1, 1 }, .cone_deg = 100))
+BAD(spot_cone_negative, LIGHT(.kind = PT_LIGHT_SPOT, .color = { 1, 1, 1 }, .cone_deg = -5))
+BAD(spot_cone_nan, LIGHT(.kind = PT_LIGHT_SPOT, .color = { 1, 1, 1 }, .cone_deg = not_a_number()))
+BAD(spot_blend, LIGHT(.kind = PT_LIGHT_SPOT, .color = { 1, 1, 1 }, .blend = 1.5f))
+BAD(spot_blend_nan, LIGHT(.kind = PT_LIGHT_SPOT, .color = { 1, 1, 1 }, .blend = not_a_number()))
+BAD(sky_turbidity, LIGHT(.kind = PT_LIGHT_SKY, .turbidity = 1))
+BAD(sky_turbidity_nan, LIGHT(.kind = PT_LIGHT_SKY, .turbidity = not_a_number()))
+BAD(sky_direction, LIGHT(.kind = PT_LIGHT_SKY, .direction = { not_a_number(), 0, 0 }))
+static uint32_t bad_sky_second(fixture *f) { pt_add_light(f->s, &(pt_light_desc){ .kind = PT_LIGHT_SKY }); return LIGHT(.color = { 1, 1, 1 }); }
+static uint32_t bad_spot_placed(fixture *f) {
+    pt_scene *inner = pt_scene_create(NULL);
+    uint32_t id;
+    pt_add_light(inner, &(pt_light_desc){ .kind = PT_LIGHT_SPOT, .color = { 1, 1, 1 } });
+    pt_scene_commit(inner);
+    id = pt_add_instance(f->s, inner, NULL).id;
+    pt_scene_destroy(inner);
+    return id;
+}
+
 static const bad_call bad_calls[] = {
+    { "sun direction", "pt_add_light|direction|nan", bad_sun_direction }, { "sun radius", "pt_add_light|radius_deg|91", bad_sun_radius },
+    { "small sun", "pt_add_light|radius_deg|0.0001", bad_sun_small }, { "sun nan", "pt_add_light|radius_deg|nan", bad_sun_nan },
+    { "bright sun", "pt_add_light|color is too bright", bad_sun_bright }, { "point position", "pt_add_light|position|inf", bad_point_position },
+    { "point radius", "pt_add_light|radius|-1", bad_point_radius }, { "point nan", "pt_add_light|radius|nan", bad_point_nan },
+    { "bright point", "pt_add_light|color is too bright", bad_point_bright }, { "spot direction", "pt_add_light|direction|inf", bad_spot_direction },
+    { "spot cone", "pt_add_light|cone_deg|100", bad_spot_cone }, { "spot cone nan", "pt_add_light|cone_deg|nan", bad_spot_cone_nan },
+    { "spot cone negative", "pt_add_light|cone_deg|-5", bad_spot_cone_negative }, { "spot blend", "pt_add_light|blend|1.5", bad_spot_blend },
+    { "spot blend nan", "pt_add_light|blend|nan", bad_spot_blend_nan }, { "turbidity", "pt_add_light|turbidity|is 1", bad_sky_turbidity },
+    { "turbidity nan", "pt_add_light|turbidity|nan", bad_sky_turbidity_nan }, { "sky direction", "pt_add_light|direction|nan", bad_sky_direction },
+    { "sky and environment", "pt_add_light|environment already", bad_sky_second }, { "spot placed", "pt_add_instance|spots", bad_spot_placed },
     { "index", "pt_add_mesh|index 4 is 5|3 vertices", bad_index }, { "position", "pt_add_mesh|vertex 1|nan", bad_position },
     { "infinite position", "pt_add_mesh|vertex 2|inf", bad_position_inf }, { "huge position", "pt_add_mesh|vertex 2|-2e+12", bad_position_huge },
     { "normal", "pt_add_mesh|normal 2|nan", bad_normal }, { "uv", "pt_add_mesh|uv 2|inf", bad_uv },
@@ -168,7 +208,7 @@ static const bad_call bad_calls[] = {
     { "channels", "pt_add_texture|channels|is 5", bad_texture_channels }, { "texture pixel", "pt_add_texture|nan", bad_float_texture },
     { "density NULL", "pt_add_density|NULL", bad_density_null }, { "density functions", "pt_add_density|sample or pdf is NULL", bad_density_functions },
     { "density weight", "pt_add_density|weight|1.5", bad_density_weight }, { "density nan", "pt_add_density|weight|nan", bad_density_nan },
-    { "light NULL", "pt_add_light|NULL", bad_light_null }, { "light kind", "pt_add_light|kind|3", bad_light_kind },
+    { "light NULL", "pt_add_light|NULL", bad_light_null }, { "light kind", "pt_add_light|kind|5", bad_light_kind },
     { "light color", "pt_add_light|color|1 -1 1", bad_light_color }, { "light inf", "pt_add_light|color|inf", bad_light_color_inf },
     { "rotate_deg", "pt_add_light|rotate_deg|nan", bad_light_rotate }, { "light texture", "pt_add_light|texture 9 does not exist", bad_light_texture },
     { "second environment", "pt_add_light|environment already", bad_light_second }, { "environment eval", "pt_add_light|pixels", bad_light_eval } };
@@ -348,6 +388,8 @@ static pt_result build_all(pt_scene *s, const pt_scene *inner) {
         if (i < 3) pt_add_density(s, &(pt_density_desc){ .sample = density_sample, .pdf = density_pdf, .weight = 0.1f });
         pt_add_instance(s, inner, &x);
         if (i == 0) pt_add_light(s, &(pt_light_desc){ .radiance = sky_radiance });
+        pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .color = { 1, 1, 1 } });
+        pt_add_light(s, &(pt_light_desc){ .kind = i % 2 ? PT_LIGHT_SPOT : PT_LIGHT_POINT, .color = { 1, 1, 1 } });
     }
     return pt_scene_commit(s);
 }
