@@ -358,7 +358,7 @@ PT_DEF pt_result pt_read_image(pt_image *out, const char *path);
 #endif
 PT_DEF void      pt_image_free(pt_image *image);
 
-/* A material that came with a mesh: its numbers are in desc. Its pictures are for the caller to load, with whatever library:
+/* A material that came with a mesh: its numbers are in desc. Its pictures are for the caller to load, with any library:
        for (k = 0; k < PT_MTL_MAPS; k++)
            if (m->maps[k].file) *pt_mtl_texture(m, k) = load(scene, m->maps + k);     (load: picture, then pt_add_texture)
        id = pt_add_material(scene, &m->desc);                                                                          */
@@ -392,7 +392,7 @@ typedef struct pt_mesh {
     pt_vec3 lo, hi;                                       /* bounds of what the indices use */
     pt_allocator allocator;
     char error[256];                                      /* "file:line: reason", or "" */
-    char warning[256];                                    /* the first thing that was passed over, in the same form, or "" */
+    char warning[256];                                    /* the first thing that was passed over, in the same form */
 } pt_mesh;
 PT_DEF pt_result pt_read_obj_memory(pt_mesh *out, const void *data, size_t size);
 PT_DEF pt_result pt_read_mtl_memory(pt_mesh *mesh, const void *data, size_t size);    /* fills in materials by name */
@@ -404,7 +404,8 @@ PT_DEF pt_result pt_read_ply(pt_mesh *out, const char *path);
 PT_DEF pt_result pt_read_mesh(pt_mesh *out, const char *path);
 #endif
 /* Smooth normals, in place of those that were there: of the triangles round a point, weighted by their angles. An edge
-   where they meet at more than angle_deg stays sharp, its vertices become two; 0 = 180: none does. On an error, the mesh stays. */
+   where they meet at more than angle_deg stays sharp, its vertices become two; 0 = 180: none does. On an error, the mesh
+   stays as it was. */
 PT_DEF pt_result pt_mesh_smooth(pt_mesh *mesh, float angle_deg);
 PT_DEF void      pt_mesh_free(pt_mesh *mesh);
 
@@ -4929,7 +4930,7 @@ static void pti_mesh_warn(pt_mesh *mesh, const char *text) {    /* the first is 
     if (!mesh->warning[0]) memcpy(mesh->warning, text, sizeof mesh->warning);
 }
 
-typedef struct pti_obj_name { const uint8_t *at; size_t size; uint64_t line; uint32_t hash; } pti_obj_name;  /* in the text */
+typedef struct pti_obj_name { const uint8_t *at; size_t size; uint64_t line; uint32_t hash; } pti_obj_name;   /* in a text */
 
 /* Text. A statement ends with its line; a backslash before the end takes the next line along. */
 static int pti_is_line_end(int c) { return c == '\n' || c == '\r'; }
@@ -5008,24 +5009,25 @@ static int pti_obj_begin_text(pti_input *in, const char *format) {
 }
 
 /* MTL, the materials of an OBJ file. What was meant for Phong's highlights becomes a physical material so:
-     Kd               color; without one, white under a map_Kd, else black beside Ks, else grey
-     Ks               a plastic: specular = 2 luminance(Ks), at most 1, since the usual 0.5 goes with an index of 1.5; no Ks,
-                      or illum 0 or 1: PT_BSDF_DIFFUSE
-     Ks as a mirror   with illum 3, 5 or 8 (which trace reflections), with no Kd at all, or above 0.5 beside a black one:
-                      color = Kd + Ks and metallic = the share of Ks in its luminance, so that both keep their albedo
-     Ns               roughness = sqrt(alpha), alpha^2 = 2 / (Ns + 2), the lobe as wide as Phong's (Walter et al. 2007);
-                      from 1000 on, the end of the scale, smooth. Without: 0.3, a mirror's 0
-     Ni               ior, if above 1 (many programs write 1 on everything)
-     d, or 1 - Tr     glass, if Ni is above 1 and light is refracted: by illum 4, 6, 7 or 9 with a Tf not black, or by a Tf not
-                      black and a d below 1. Then transmission = 1 - d, of a d of 1 all; smooth unless there is a Pr; color =
-                      Tf, else Kd, else white. Otherwise transparency = 1 - d
-     Ke               emission
-     Pr Pm Ps Pc Pcr aniso anisor   roughness (without one, of Ns, else 0.5), metallic, sheen, coat, coat_roughness; alpha over
-                      and times sqrt(1 - 0.9 aniso) along and across the tangent (Burley 2012), which anisor turns, 1 = 360
-                      degrees. Any of them says that Ks is no mirror
-     map_*            multiply what they belong to, and stand alone where it is not given. map_Ns and map_Tr are turned over
-                      (1 - value). -bm: bump = 0.01 m of it
-   Ka, sharpness, disp, decal and refl are ignored, and so are the options -blendu -blendv -boost -cc -texres -type. */
+     Kd        color; without one, white under a map_Kd, else black beside Ks, else grey
+     Ks        a plastic: specular = 2 luminance(Ks), at most 1, since the usual 0.5 goes with an index of 1.5. No Ks, or
+               illum 0 or 1: PT_BSDF_DIFFUSE
+     mirrors   with illum 3, 5 or 8 (which trace reflections), with no Kd at all, or with a Ks above 0.5 beside a black one:
+               color = Kd + Ks, and metallic = the share of Ks in its luminance, so that both keep their albedo
+     Ns        roughness = sqrt(alpha), alpha^2 = 2 / (Ns + 2), the lobe as wide as Phong's (Walter et al. 2007); from 1000
+               on, the end of the scale, smooth. Without one 0.3, and 0 for a mirror
+     Ni        ior, if above 1: many programs write 1 on everything
+     d, 1 - Tr glass, if Ni is above 1 and light is refracted: by illum 4, 6, 7 or 9 and a Tf not black, or by a Tf not black
+               and a d below 1. Then transmission = 1 - d (all, if d is 1), color = Tf, else Kd, else white; and smooth,
+               unless there is a Pr. Otherwise transparency = 1 - d
+     Ke        emission
+     Pr Pm Ps Pc Pcr aniso anisor
+               roughness (without one by Ns, else 0.5), metallic, sheen, coat, coat_roughness; alpha divided and multiplied by
+               sqrt(1 - 0.9 aniso) along and across the tangent (Burley 2012), which anisor turns, 1 = 360 degrees. Where any
+               of them is, Ks is no mirror
+     map_*     multiply what they belong to, and stand alone where that is not given. map_Ns and map_Tr are turned over, 1 -
+               value. -bm: bump = 0.01 m of it
+   Ka, sharpness, disp, decal and refl are ignored, and so are the options -blendu -blendv -boost -cc -t -texres -type. */
 
 typedef enum pti_mtl_key {
     PTI_MTL_KD, PTI_MTL_KS, PTI_MTL_KE, PTI_MTL_TF, PTI_MTL_NS, PTI_MTL_NI, PTI_MTL_D, PTI_MTL_TR, PTI_MTL_ILLUM,
@@ -5171,7 +5173,7 @@ static void pti_mtl_finish(pti_mtl *t) {
     d->ior = pti_mtl_number(t, PTI_MTL_NI, 0) > 1 ? pti_min(t->value[PTI_MTL_NI].x, 10) : 0.0f;
     if (t->pbr) pti_mtl_physical(t, d);
     else if (pti_mtl_mirrors(t, kd, ks, illum)) pti_mtl_mirror(t, d, kd, ks);
-    else if (!pti_is_zero3(ks)) {
+    else if (!pti_is_zero3(ks) || (illum >= 2 && !pti_mtl_has(t, PTI_MTL_KS) && t->material->maps[PT_MTL_SPECULAR].file)) {
         d->bsdf = PT_BSDF_PRINCIPLED;
         d->roughness = pti_mtl_roughness(t, 0.3f);
         d->specular = pti_min(2 * pti_luminance(ks), 1);
@@ -5239,7 +5241,8 @@ static int pti_mtl_option(pti_mtl *t, pt_mtl_map *map, pt_material_desc *d) {   
         if (n > 0) map->base = x[0];
         if (n > 1) map->gain = x[1];
     } else if (pti_mtl_is(in, "-bm")) {
-        if (pti_mtl_option_numbers(in, x, 1) && map == t->material->maps + PT_MTL_BUMP) d->bump = 0.01f * x[0];
+        if (!pti_mtl_option_numbers(in, x, 1) || map != t->material->maps + PT_MTL_BUMP) return 1;
+        d->bump = x[0] != 0 ? 0.01f * x[0] : 1e-9f;      /* 0 would be the default */
     } else if (pti_mtl_is(in, "-clamp")) {
         pti_obj_skip_blanks(in);
         map->clamp = pti_mtl_is(in, "on");
@@ -5278,7 +5281,7 @@ static int pti_mtl_read_numbers(pti_mtl *t, pti_mtl_key key, const char *word) {
     int color = key <= PTI_MTL_TF;
     float x[3];
     pti_obj_skip_blanks(&t->in);
-    if (key == PTI_MTL_D && pti_mtl_is(&t->in, "-halo")) {}                   /* less where it is seen from the side: not here */
+    if (key == PTI_MTL_D) (void)pti_mtl_is(&t->in, "-halo");     /* less where it is seen from the side: not here */
     if (!pti_obj_numbers(&t->in, word, x, 1, 1)) return 0;
     x[1] = x[2] = x[0];                                  /* r alone: grey */
     pti_obj_skip_blanks(&t->in);
@@ -5289,12 +5292,13 @@ static int pti_mtl_read_numbers(pti_mtl *t, pti_mtl_key key, const char *word) {
     return 1;
 }
 static int pti_mtl_read_statement(pti_mtl *t) {          /* 0: refused, in words, or out of memory */
-    static const char *const keys[PTI_MTL_KEYS] = { "Kd", "Ks", "Ke", "Tf", "Ns", "Ni", "d", "Tr", "illum", "Pr", "Pm", "Ps",
-        "Pc", "Pcr", "aniso", "anisor" };
+    static const char *const keys[PTI_MTL_KEYS] = { "Kd", "Ks", "Ke", "Tf", "Ns", "Ni", "d", "Tr", "illum",
+        "Pr", "Pm", "Ps", "Pc", "Pcr", "aniso", "anisor" };
     static const struct { const char *word; int use, srgb, turned, pbr; } maps[] = {
         { "map_Kd", PT_MTL_COLOR, 1, 0, 0 }, { "map_Ks", PT_MTL_SPECULAR, 1, 0, 0 }, { "map_Ke", PT_MTL_EMISSION, 1, 0, 0 },
-        { "map_d", PT_MTL_OPACITY, 0, 0, 0 }, { "map_Tr", PT_MTL_OPACITY, 0, 1, 0 }, { "map_Ns", PT_MTL_ROUGHNESS, 0, 1, 0 },
-        { "map_Pr", PT_MTL_ROUGHNESS, 0, 0, 1 }, { "map_Pm", PT_MTL_METALLIC, 0, 0, 1 }, { "map_Ps", PT_MTL_SHEEN, 0, 0, 1 },
+        { "map_d", PT_MTL_OPACITY, 0, 0, 0 }, { "map_Tr", PT_MTL_OPACITY, 0, 1, 0 },
+        { "map_Ns", PT_MTL_ROUGHNESS, 0, 1, 0 }, { "map_Pr", PT_MTL_ROUGHNESS, 0, 0, 1 },
+        { "map_Pm", PT_MTL_METALLIC, 0, 0, 1 }, { "map_Ps", PT_MTL_SHEEN, 0, 0, 1 },
         { "map_bump", PT_MTL_BUMP, 0, 0, 0 }, { "bump", PT_MTL_BUMP, 0, 0, 0 }, { "norm", PT_MTL_NORMAL, 0, 0, 0 },
         { "map_Kn", PT_MTL_NORMAL, 0, 0, 0 } };
     size_t i;
@@ -5679,13 +5683,13 @@ static pt_result pti_mtl_find(const pti_obj *o, pt_mesh *mesh, const char *path,
     while (i > 0 && name[i - 1] != '/' && name[i - 1] != '\\') i--;
     return r == PT_ERR_IO && i ? pti_mtl_open(o, mesh, path, name + i, size - i) : r;
 }
-static void pti_mtl_warn_missing(const pti_obj *o, pt_mesh *mesh, const pti_obj_name *library, const uint8_t *name, size_t size) {
+static void pti_mtl_warn_missing(const pti_obj *o, pt_mesh *mesh, uint64_t line, const uint8_t *name, size_t size) {
     char warning[256], shown[64];
     pti_input in = o->soup.in;
     size_t i;
     for (i = 0; i < size && i < sizeof shown - 1; i++) shown[i] = (char)name[i];
     shown[i] = 0;
-    in.line = library->line;
+    in.line = line;
     in.error = warning;
     pti_refuse(&in, "cannot open %s: its materials are grey", shown);
     pti_mesh_warn(mesh, warning);
@@ -5699,7 +5703,7 @@ static pt_result pti_obj_read_library(const pti_obj *o, pt_mesh *mesh, const cha
         while (begin < n->size && n->at[begin] <= ' ') begin++;
         for (end = begin; end < n->size && n->at[end] > ' '; ) end++;
         if (end - begin < n->size) r = pti_mtl_find(o, mesh, path, n->at + begin, end - begin);
-        if (r == PT_ERR_IO) pti_mtl_warn_missing(o, mesh, n, n->at + begin, end - begin);
+        if (r == PT_ERR_IO) pti_mtl_warn_missing(o, mesh, n->line, n->at + begin, end - begin);
         else if (r != PT_OK) return r;
     }
     return PT_OK;
@@ -5747,17 +5751,18 @@ static pt_result pti_read_obj(pt_mesh *out, const char *path, pti_input in) {   
     return o.soup.result;
 }
 
-/* PLY (Turk, "The PLY Polygon File Format", 1994): a header in words, "element vertex 8", "property list uchar int vertex_indices",
-   that tells what the rows are made of, which follow as text, one a line, or as bytes in either order. Of vertices x y z,
-   nx ny nz and s t (or u v, texture_u texture_v, texture_s texture_t) are used, of faces and tristrips the list vertex_indices
-   (or vertex_index); all else is stepped over. */
+/* PLY (Turk, "The PLY Polygon File Format", 1994): a header in words, "element vertex 8", "property list uchar int
+   vertex_indices", tells what the rows are made of, which follow as text, one a line, or as bytes in either order. Of
+   vertices x y z, nx ny nz and s t (or u v, texture_u texture_v, texture_s texture_t) are used, of faces and tristrips the
+   list vertex_indices (or vertex_index); all else is stepped over. */
 
-typedef enum pti_ply_type { PTI_PLY_I8, PTI_PLY_U8, PTI_PLY_I16, PTI_PLY_U16, PTI_PLY_I32, PTI_PLY_U32, PTI_PLY_F32, PTI_PLY_F64,
-    PTI_PLY_NONE } pti_ply_type;
+typedef enum pti_ply_type {
+    PTI_PLY_I8, PTI_PLY_U8, PTI_PLY_I16, PTI_PLY_U16, PTI_PLY_I32, PTI_PLY_U32, PTI_PLY_F32, PTI_PLY_F64, PTI_PLY_NONE
+} pti_ply_type;
 static const int pti_ply_size[8] = { 1, 1, 2, 2, 4, 4, 4, 8 };
 typedef enum pti_ply_kind { PTI_PLY_OTHER, PTI_PLY_VERTEX, PTI_PLY_FACE, PTI_PLY_STRIP } pti_ply_kind;
 typedef enum pti_ply_use { PTI_PLY_X, PTI_PLY_NX = 3, PTI_PLY_S = 6, PTI_PLY_INDICES = 8, PTI_PLY_UNUSED } pti_ply_use;
-typedef struct pti_ply_property { int type, count_type, use; } pti_ply_property;      /* count_type: PTI_PLY_NONE = no list */
+typedef struct pti_ply_property { int type, count_type, use; } pti_ply_property;      /* count_type: of a list, else NONE */
 typedef struct pti_ply_element {
     pti_ply_kind kind;
     uint64_t count;
@@ -5774,7 +5779,8 @@ typedef struct pti_ply {
 #define PTI_PLY_HAS(first, n) (((1u << (n)) - 1) << (first))
 
 /* The header. */
-static size_t pti_ply_word(pti_input *in, char word[40]) {       /* its length, 0 at the end of the line; a long one is cut */
+/* The next word, a long one cut. Its length, 0 at the end of the line. */
+static size_t pti_ply_word(pti_input *in, char word[40]) {
     size_t n = 0, all = 0;
     while (in->at < in->end && (*in->at == ' ' || *in->at == '\t')) in->at++;
     for (; in->at < in->end && *in->at > ' '; in->at++, all++) if (n < 39) word[n++] = *in->at < 127 ? (char)*in->at : '?';
@@ -5782,19 +5788,20 @@ static size_t pti_ply_word(pti_input *in, char word[40]) {       /* its length, 
     return all;
 }
 static int pti_ply_type_of(const char *word) {
-    static const char *const names[16] = { "char", "int8", "uchar", "uint8", "short", "int16", "ushort", "uint16", "int", "int32",
-        "uint", "uint32", "float", "float32", "double", "float64" };
+    static const char *const names[16] = { "char", "int8", "uchar", "uint8", "short", "int16", "ushort", "uint16",
+        "int", "int32", "uint", "uint32", "float", "float32", "double", "float64" };
     int i;
     for (i = 0; i < 16; i++) if (!strcmp(word, names[i])) return i / 2;
     return PTI_PLY_NONE;
 }
 static int pti_ply_use_of(pti_ply_kind kind, int is_list, const char *word) {
-    static const struct { const char *word; int use; } names[] = { { "x", 0 }, { "y", 1 }, { "z", 2 }, { "nx", 3 }, { "ny", 4 },
-        { "nz", 5 }, { "s", 6 }, { "t", 7 }, { "u", 6 }, { "v", 7 }, { "texture_u", 6 }, { "texture_v", 7 }, { "texture_s", 6 },
-        { "texture_t", 7 } };
+    static const struct { const char *word; int use; } names[] = { { "x", PTI_PLY_X }, { "y", PTI_PLY_X + 1 },
+        { "z", PTI_PLY_X + 2 }, { "nx", PTI_PLY_NX }, { "ny", PTI_PLY_NX + 1 }, { "nz", PTI_PLY_NX + 2 }, { "s", PTI_PLY_S },
+        { "t", PTI_PLY_S + 1 }, { "u", PTI_PLY_S }, { "v", PTI_PLY_S + 1 }, { "texture_u", PTI_PLY_S },
+        { "texture_v", PTI_PLY_S + 1 }, { "texture_s", PTI_PLY_S }, { "texture_t", PTI_PLY_S + 1 } };
+    int indices = !strcmp(word, "vertex_indices") || !strcmp(word, "vertex_index");
     size_t i;
-    if (kind == PTI_PLY_FACE || kind == PTI_PLY_STRIP)
-        return is_list && (!strcmp(word, "vertex_indices") || !strcmp(word, "vertex_index")) ? PTI_PLY_INDICES : PTI_PLY_UNUSED;
+    if (kind == PTI_PLY_FACE || kind == PTI_PLY_STRIP) return is_list && indices ? PTI_PLY_INDICES : PTI_PLY_UNUSED;
     if (kind == PTI_PLY_VERTEX && !is_list)
         for (i = 0; i < sizeof names / sizeof names[0]; i++) if (!strcmp(word, names[i].word)) return names[i].use;
     return PTI_PLY_UNUSED;
@@ -5940,7 +5947,8 @@ static int pti_ply_read_list(pti_ply *p, const pti_ply_property *q) {     /* int
     size_t left = pti_input_left(in), least = p->binary ? (size_t)pti_ply_size[q->type] : 2, i, n;
     double count, x;
     if (!pti_ply_read_scalar(p, q->count_type, &count)) return 0;
-    if (!(count >= 0 && count <= (double)(left / least))) return pti_refuse(in, "a list of %g does not fit into the file", count);
+    if (!(count >= 0 && count <= (double)(left / least)))
+        return pti_refuse(in, "a list of %g does not fit into the file", count);
     n = (size_t)count;
     if (p->binary && q->use == PTI_PLY_UNUSED && pti_input_left(in) >= n * least) { in->at += n * least; return 1; }
     for (i = 0; i < n; i++) {
@@ -5986,7 +5994,8 @@ static int pti_ply_put_vertex(pti_ply *p, size_t i) {
     return 1;
 }
 static int pti_ply_refuse_index(const pti_ply *p, double x) {
-    return pti_refuse(&p->soup.in, "a face refers to vertex %g, but there are %u, from 0", x, (uint64_t)p->soup.vertices.count);
+    return pti_refuse(&p->soup.in, "a face refers to vertex %g, but there are %u, from 0", x,
+                      (uint64_t)p->soup.vertices.count);
 }
 static int pti_ply_put_face(pti_ply *p) {
     const pti_soup_point *c = (const pti_soup_point *)p->soup.polygon.items;
@@ -6000,11 +6009,11 @@ static int pti_ply_put_strip(pti_ply *p) {
     const pti_soup_point *c = (const pti_soup_point *)p->soup.polygon.items;
     uint32_t i, n = (uint32_t)p->soup.polygon.count, begin = 0;
     for (i = 0; i < n; i++) {
+        uint32_t odd = (i - begin) % 2;
         if (c[i].index == UINT32_MAX) {
             if (c[i].x != -1) return pti_ply_refuse_index(p, c[i].x);
             begin = i + 1;
-        } else if (i - begin >= 2 && !pti_soup_emit(&p->soup, (i - begin) % 2 ? i - 1 : i - 2, (i - begin) % 2 ? i - 2 : i - 1, i))
-            return 0;
+        } else if (i - begin >= 2 && !pti_soup_emit(&p->soup, i - 2 + odd, i - 1 - odd, i)) return 0;
     }
     return 1;
 }
@@ -6015,7 +6024,8 @@ static int pti_ply_check_size(pti_ply *p, const pti_ply_element *e) {
     for (i = e->first; i < e->end; i++)
         row += p->binary ? (size_t)pti_ply_size[q[i].count_type != PTI_PLY_NONE ? q[i].count_type : q[i].type] : 2;
     if (e->count <= (left + !p->binary) / row && e->count < UINT32_MAX - 1) return 1;
-    return pti_refuse(&p->soup.in, "element %s should have %u rows, but the file is too short", pti_ply_name(e->kind), e->count);
+    return pti_refuse(&p->soup.in, "element %s should have %u rows, but the file is too short", pti_ply_name(e->kind),
+                      e->count);
 }
 static int pti_ply_reserve(pti_ply *p, const pti_ply_element *e) {
     pt_mesh *m = p->mesh;
@@ -6137,9 +6147,9 @@ PT_DEF pt_result pt_read_ply(pt_mesh *out, const char *path) { return pti_read_m
 PT_DEF pt_result pt_read_mesh(pt_mesh *out, const char *path) { return pti_read_mesh_file(pti_read_any_mesh, out, path); }
 #endif
 
-/* Smooth normals: n = sum of angle_i n_i over the triangles i that meet at a point, normalized (Thuermer and Wuethrich 1998).
-   Points are where positions are equal, whatever the other attributes. Of the corners that meet there, those hold together
-   whose triangles share an edge that is not sharp, and each such group has a normal of its own. */
+/* Smooth normals: n = sum of angle_i n_i over the triangles i that meet at a point, normalized (Thuermer and Wuethrich
+   1998). Points are where positions are equal, whatever the other attributes. Of the corners that meet there, those hold
+   together whose triangles share an edge that is not sharp, and each such group has a normal of its own. */
 typedef struct pti_smooth_state {
     pt_mesh *mesh;
     pt_allocator allocator;
@@ -6180,7 +6190,8 @@ static void pti_smooth_find_points(pti_smooth_state *s) {
         s->point[i] = s->table[slot] - 1;
     }
 }
-static pt_vec3 pti_smooth_side(const pti_smooth_state *s, size_t from, size_t to) {     /* unit, or zero; of any length, exactly */
+/* From one corner to another: unit, or zero where they are one; scaled first where a difference would be infinite. */
+static pt_vec3 pti_smooth_side(const pti_smooth_state *s, size_t from, size_t to) {
     const uint32_t *index = s->mesh->indices;
     pt_vec3 a = pti_vec3_at(s->mesh->positions, index[from]), b = pti_vec3_at(s->mesh->positions, index[to]), d;
     float scale = pti_max(pti_largest_abs(a), pti_largest_abs(b)) > 1e30f ? 1e-10f : 1.0f;
@@ -6233,16 +6244,19 @@ static void pti_smooth_edge(pti_smooth_state *s, size_t c) {
     s->table[slot] = (uint32_t)(c + 1);
 }
 static void pti_smooth_sum(pti_smooth_state *s) {
-    size_t c, i;
-    for (c = 0; c < s->corners; c++) {
-        size_t at = c / 3 * 3;
-        pt_vec3 a = pti_smooth_side(s, c, at + (c + 1 - at) % 3), b = pti_smooth_side(s, c, at + (c + 2 - at) % 3);
-        uint32_t g = pti_smooth_group(s, (uint32_t)c);
-        if (pti_is_zero3(s->face[c / 3])) continue;
-        s->normal[g] = pti_madd(s->face[c / 3], pti_acos(pti_clamp(pti_dot(a, b), -1, 1)), s->normal[g]);
+    size_t c, i, k;
+    for (i = 0; i < s->corners; i += 3) {
+        pt_vec3 side[3], n = s->face[i / 3];
+        if (pti_is_zero3(n)) continue;
+        for (k = 0; k < 3; k++) side[k] = pti_smooth_side(s, i + k, i + (k + 1) % 3);
+        for (k = 0; k < 3; k++) {
+            float angle = pti_acos(pti_clamp(-pti_dot(side[k], side[(k + 2) % 3]), -1, 1));
+            uint32_t g = pti_smooth_group(s, (uint32_t)(i + k));
+            s->normal[g] = pti_madd(n, angle, s->normal[g]);
+        }
     }
-    for (i = 0; i < s->corners; i++)
-        if (!pti_is_zero3(s->normal[i])) s->normal[i] = pti_normalize(s->normal[i]);
+    for (c = 0; c < s->corners; c++)
+        if (!pti_is_zero3(s->normal[c])) s->normal[c] = pti_normalize(s->normal[c]);
 }
 /* Corner c's new vertex: the old one, or a copy of it where another group has that. */
 static uint32_t pti_smooth_vertex(pti_smooth_state *s, size_t c) {
@@ -6269,7 +6283,8 @@ static int pti_smooth_alloc(pti_smooth_state *s) {
     s->next = (uint32_t *)pti_alloc(a, s->most, sizeof *s->next);
     s->owner = (uint32_t *)pti_alloc(a, s->most, sizeof *s->owner);
     s->origin = (uint32_t *)pti_alloc(a, s->most, sizeof *s->origin);
-    return s->table && s->point && s->first && s->group && s->index && s->face && s->normal && s->next && s->owner && s->origin;
+    return s->table && s->point && s->first && s->group && s->index && s->face && s->normal && s->next && s->owner
+        && s->origin;
 }
 static void pti_smooth_free(pti_smooth_state *s) {
     const pt_allocator *a = &s->allocator;
