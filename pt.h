@@ -361,7 +361,8 @@ PT_DEF void      pt_image_free(pt_image *image);
 /* A material that came with a mesh: its numbers are in desc. Its pictures are for the caller to load, with any library:
        for (k = 0; k < PT_MTL_MAPS; k++)
            if (m->maps[k].file) *pt_mtl_texture(m, k) = load(scene, m->maps + k);     (load: picture, then pt_add_texture)
-       id = pt_add_material(scene, &m->desc);                                                                          */
+       materials[i] = pt_add_material(scene, &m->desc);
+   Then pt_mesh_desc takes materials, and material_count and material_ids as they are in pt_mesh. */
 enum { PT_MTL_COLOR, PT_MTL_SPECULAR, PT_MTL_ROUGHNESS, PT_MTL_METALLIC, PT_MTL_SHEEN, PT_MTL_EMISSION, PT_MTL_OPACITY,
        PT_MTL_NORMAL, PT_MTL_BUMP, PT_MTL_MAPS };
 typedef struct pt_mtl_map {
@@ -5009,7 +5010,8 @@ static int pti_obj_begin_text(pti_input *in, const char *format) {
 }
 
 /* MTL, the materials of an OBJ file. What was meant for Phong's highlights becomes a physical material so:
-     Kd        color; without one, white under a map_Kd, else black beside Ks, else grey
+     Kd        color, taken as linear like all numbers; without one, white under a map_Kd, else black beside
+               Ks, else grey
      Ks        a plastic: specular = 2 luminance(Ks), at most 1, since the usual 0.5 goes with an index of 1.5. No Ks, or
                illum 0 or 1: PT_BSDF_DIFFUSE
      mirrors   with illum 3, 5 or 8 (which trace reflections), with no Kd at all, or with a Ks above 0.5 beside a black one:
@@ -5683,7 +5685,8 @@ static pt_result pti_mtl_find(const pti_obj *o, pt_mesh *mesh, const char *path,
     while (i > 0 && name[i - 1] != '/' && name[i - 1] != '\\') i--;
     return r == PT_ERR_IO && i ? pti_mtl_open(o, mesh, path, name + i, size - i) : r;
 }
-static void pti_mtl_warn_missing(const pti_obj *o, pt_mesh *mesh, uint64_t line, const uint8_t *name, size_t size) {
+static void pti_mtl_warn_missing(const pti_obj *o, pt_mesh *mesh, uint64_t line, const char *format, const uint8_t *name,
+                                 size_t size) {
     char warning[256], shown[64];
     pti_input in = o->soup.in;
     size_t i;
@@ -5691,7 +5694,7 @@ static void pti_mtl_warn_missing(const pti_obj *o, pt_mesh *mesh, uint64_t line,
     shown[i] = 0;
     in.line = line;
     in.error = warning;
-    pti_refuse(&in, "cannot open %s: its materials are grey", shown);
+    pti_refuse(&in, format, shown);
     pti_mesh_warn(mesh, warning);
 }
 /* One name with blanks, or several names. */
@@ -5703,7 +5706,8 @@ static pt_result pti_obj_read_library(const pti_obj *o, pt_mesh *mesh, const cha
         while (begin < n->size && n->at[begin] <= ' ') begin++;
         for (end = begin; end < n->size && n->at[end] > ' '; ) end++;
         if (end - begin < n->size) r = pti_mtl_find(o, mesh, path, n->at + begin, end - begin);
-        if (r == PT_ERR_IO) pti_mtl_warn_missing(o, mesh, n->line, n->at + begin, end - begin);
+        if (r == PT_ERR_IO)
+            pti_mtl_warn_missing(o, mesh, n->line, "cannot open %s: its materials are grey", n->at + begin, end - begin);
         else if (r != PT_OK) return r;
     }
     return PT_OK;
@@ -5713,6 +5717,10 @@ static pt_result pti_obj_read_libraries(const pti_obj *o, pt_mesh *mesh, const c
     size_t i;
     pt_result r = PT_OK;
     for (i = 0; i < o->libraries.count && r == PT_OK; i++) if (n[i].size) r = pti_obj_read_library(o, mesh, path, n + i);
+    n = (const pti_obj_name *)o->names.items;
+    for (i = 0; o->libraries.count && i < mesh->material_count; i++)
+        if (!mesh->materials[i].defined && n[i].size)
+            pti_mtl_warn_missing(o, mesh, n[i].line, "no library defines %s: it is grey", n[i].at, n[i].size);
     return r;
 }
 #endif
@@ -5942,12 +5950,15 @@ static int pti_ply_read_scalar(pti_ply *p, int type, double *x) {
     if (in->at == in->end || pti_is_line_end(*in->at)) return pti_refuse(in, "the row ends too early");
     return pti_parse_number(in, x) && pti_obj_at_gap(in) ? 1 : pti_obj_refuse_word(in, word, "is not a number");
 }
+static int pti_ply_is_below(double x, double end) {      /* a whole number, from 0 */
+    return x >= 0 && x < end && (double)(uint64_t)x == x;
+}
 static int pti_ply_read_list(pti_ply *p, const pti_ply_property *q) {     /* into the polygon, or nowhere */
     pti_input *in = &p->soup.in;
     size_t left = pti_input_left(in), least = p->binary ? (size_t)pti_ply_size[q->type] : 2, i, n;
     double count, x;
     if (!pti_ply_read_scalar(p, q->count_type, &count)) return 0;
-    if (!(count >= 0 && count <= (double)(left / least)))
+    if (!pti_ply_is_below(count, (double)(left / least) + 1))
         return pti_refuse(in, "a list of %g does not fit into the file", count);
     n = (size_t)count;
     if (p->binary && q->use == PTI_PLY_UNUSED && pti_input_left(in) >= n * least) { in->at += n * least; return 1; }
@@ -5957,7 +5968,7 @@ static int pti_ply_read_list(pti_ply *p, const pti_ply_property *q) {     /* int
         if (q->use == PTI_PLY_UNUSED) continue;
         point = (pti_soup_point *)pti_soup_add(&p->soup, &p->soup.polygon);
         if (!point) return 0;
-        point->index = x >= 0 && x < (double)p->soup.vertices.count ? (uint32_t)x : UINT32_MAX;
+        point->index = pti_ply_is_below(x, (double)p->soup.vertices.count) ? (uint32_t)x : UINT32_MAX;
         point->vertex = point->index;
         point->x = x;
     }

@@ -679,9 +679,10 @@ static void malformed_materials_are_warned_of(void) {
 static void libraries_are_found(void) {
     static const char *const text = "v 0 0 0\nmtllib %s\nusemtl a\nf 1 1 1\nusemtl b\nf 1 1 1\n";
     static const struct { const char *library, *warning; int a, b; } c[] = {
-        { "test_mesh_1.mtl", "", 1, 0 }, { "test_mesh_1.mtl test_mesh 2.mtl", "out/test_mesh.tmp:2: cannot open test_mesh: its materials are grey",
-            1, 0 },
-        { "test_mesh 2.mtl", "", 0, 1 }, { "test_mesh_1.mtl  test_mesh_3.mtl", "", 1, 1 }, { "C:\\there\\test_mesh_3.mtl", "", 0, 1 },
+        { "test_mesh_1.mtl", "out/test_mesh.tmp:5: no library defines b: it is grey", 1, 0 },
+        { "test_mesh_1.mtl test_mesh 2.mtl", "out/test_mesh.tmp:2: cannot open test_mesh: its materials are grey", 1, 0 },
+        { "test_mesh 2.mtl", "out/test_mesh.tmp:3: no library defines a: it is grey", 0, 1 },
+        { "test_mesh_1.mtl  test_mesh_3.mtl", "", 1, 1 }, { "C:\\there\\test_mesh_3.mtl", "", 1, 1 },
         { "/nowhere/test_mesh_3.mtl\nmtllib\nmtllib test_mesh_1.mtl # y", "", 1, 1 },
         { "gone.mtl test_mesh_1.mtl", "out/test_mesh.tmp:2: cannot open gone.mtl: its materials are grey", 1, 0 },
         { "test_mesh_4.mtl", "out/test_mesh_4.mtl:2: \"y\" is not a number", 1, 0 } };
@@ -699,8 +700,8 @@ static void libraries_are_found(void) {
         test_case("%s", c[i].library);
         if (!CHECK_EQ_INT(pt_read_obj(&m, "out/test_mesh.tmp"), PT_OK) || !CHECK_EQ_INT(m.material_count, 2)) continue;
         CHECK_STR(m.warning, c[i].warning);
-        if (c[i].a) CHECK(m.materials[0].defined);
-        if (c[i].a && i != 3 && i != 5)      /* there the first is a bare one */
+        CHECK(m.materials[0].defined == c[i].a);
+        if (c[i].a && i != 4 && i != 5)      /* there the first is a bare one */
             CHECK(m.materials[0].desc.color.x == 1 && m.materials[0].desc.color.y == 0);
         if (i == 0) CHECK_STR(m.materials[0].maps[PT_MTL_COLOR].file, "out/sub/wood.png");
         CHECK(m.materials[1].defined == c[i].b && m.materials[1].desc.color.x == (c[i].b ? 0 : 0.5f));
@@ -835,6 +836,7 @@ static void malformed_ply_is_refused_in_words(void) {
         { HEAD FACE "0 0 0\n1 0 1\n0 1 0\n\n3 0 1 3\n", "memory:14: a face refers to vertex 3, but there are 3, from 0" },
         { HEAD FACE "0 0 0\n1 0 1\n0 1 0\n3 0 1 -1\n", "memory:13: a face refers to vertex -1, but there are 3, from 0" },
         { HEAD FACE "0 0 0\n1 0 1\n0 1 0\n2 0 1 2\n", "memory:13: a face needs three corners, this has 2" },
+        { HEAD FACE "0 0 0\n1 0 1\n0 1 0\n3 0 1 1.5\n", "memory:13: a face refers to vertex 1.5, but there are 3, from 0" },
         { HEAD FACE "0 0 0\n1 0 1\n0 1 0\n-1\n", "memory:13: a list of -1 does not fit into the file" },
         { HEAD FACE "0 0 0\n1 0 1\n0 1 0\n200 0 1 2\n", "memory:13: a list of 200 does not fit into the file" },
         { HEAD FACE "0 0 0\n1 0 1\n0 1 0\n", "memory:13: the row ends too early" },
