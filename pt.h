@@ -367,11 +367,11 @@ enum { PT_MTL_COLOR, PT_MTL_SPECULAR, PT_MTL_ROUGHNESS, PT_MTL_METALLIC, PT_MTL_
        PT_MTL_NORMAL, PT_MTL_BUMP, PT_MTL_MAPS };
 typedef struct pt_mtl_map {
     const char *file;                                     /* with the folder of the MTL file before it; NULL = no map */
-    float uv_scale[2], uv_offset[2];                      /* looked up at uv scale + offset */
-    float base, gain;                                     /* value = base + gain pixel; mostly 0 and 1 */
-    int clamp;                                            /* at the border, instead of repeating */
+    float uv_scale[2], uv_offset[2];                      /* looked up at offset + scale (u, 1 - v), (0, 0) the top left */
     int channel;                                          /* 0 = all; 1 to 4 = red, green, blue, alpha alone */
     int srgb;                                             /* a color: its pixels are sRGB-encoded */
+    int clamp;                                            /* at the border, instead of repeating */
+    float base, gain;                                     /* the pixels are to become base + gain pixel; mostly 0 and 1 */
 } pt_mtl_map;
 typedef struct pt_mtl {
     const char *name;
@@ -5272,6 +5272,7 @@ static int pti_mtl_read_map(pti_mtl *t, int use, int srgb, int turned) {
     m->srgb = srgb;
     do pti_obj_skip_blanks(&t->in); while (pti_mtl_option(t, m, &t->material->desc));
     if (turned) { m->base = 1 - m->base; m->gain = -m->gain; }
+    m->uv_offset[1] = 1 - m->uv_scale[1] - m->uv_offset[1];      /* in MTL, v' = scale v + offset, from the bottom */
     n = pti_obj_rest(&t->in);
     if (n.size) m->file = pti_path_join(&t->allocator, t->path, n.at, n.size);
     if (n.size && m->file) { pti_string_free(&t->allocator, map.file); return 1; }
@@ -6352,7 +6353,7 @@ static int pti_smooth_check(const pt_mesh *m, float angle_deg, char *error) {
     return m->vertex_count + m->index_count < UINT32_MAX / 2
         || !pti_report(error, PT_ERR_ARG, "pt_mesh_smooth", "more than 2147483647 vertices and corners");
 }
-static int pti_smooth(pt_mesh *mesh, float angle_deg) {  /* 0: out of memory */
+static int pti_smooth_mesh(pt_mesh *mesh, float angle_deg) {  /* 0: out of memory */
     pti_smooth_state s;
     float sine;
     size_t c;
@@ -6386,7 +6387,7 @@ PT_DEF pt_result pt_mesh_smooth(pt_mesh *mesh, float angle_deg) {
     mode = pti_fpmode_enter();
     mesh->error[0] = 0;
     if (!pti_smooth_check(mesh, angle_deg, mesh->error)) r = PT_ERR_ARG;
-    else if (!pti_smooth(mesh, angle_deg)) r = pti_report(mesh->error, PT_ERR_MEMORY, "pt_mesh_smooth", "out of memory");
+    else if (!pti_smooth_mesh(mesh, angle_deg)) r = pti_report(mesh->error, PT_ERR_MEMORY, "pt_mesh_smooth", "out of memory");
     pti_fpmode_leave(mode);
     return r;
 }

@@ -625,11 +625,12 @@ static void maps_of_a_material(void) {
     CHECK_STR(m.warning, "");
     CHECK_STR(t->maps[PT_MTL_COLOR].file, "a b/c.png");
     CHECK(t->maps[PT_MTL_COLOR].uv_scale[0] == 2 && t->maps[PT_MTL_COLOR].uv_scale[1] == 3 && t->maps[PT_MTL_COLOR].srgb);
-    CHECK(t->maps[PT_MTL_COLOR].uv_offset[0] == 0.5f && t->maps[PT_MTL_COLOR].uv_offset[1] == 0.25f && t->maps[PT_MTL_COLOR].clamp);
+    CHECK(t->maps[PT_MTL_COLOR].uv_offset[0] == 0.5f && t->maps[PT_MTL_COLOR].clamp);
+    CHECK(t->maps[PT_MTL_COLOR].uv_offset[1] == -2.25f);   /* v = 1 is at 1 - (3 + 0.25) from the top */
     CHECK(t->desc.color.x == 1 && t->desc.bsdf == PT_BSDF_PRINCIPLED && t->desc.roughness == 0 && t->desc.sheen == 1);
     CHECK_STR(t->maps[PT_MTL_SPECULAR].file, "ks.png");
     CHECK(t->maps[PT_MTL_SPECULAR].base == 0.1f && t->maps[PT_MTL_SPECULAR].gain == 0.8f && !t->maps[PT_MTL_SPECULAR].clamp);
-    CHECK(t->maps[PT_MTL_SPECULAR].uv_scale[0] == 1 && t->maps[PT_MTL_SPECULAR].uv_scale[1] == 1);
+    CHECK(t->maps[PT_MTL_SPECULAR].uv_offset[1] == 0 && t->maps[PT_MTL_SPECULAR].uv_scale[0] == 1 && t->maps[PT_MTL_SPECULAR].uv_scale[1] == 1);
     CHECK_STR(t->maps[PT_MTL_OPACITY].file, "d.png");
     CHECK(t->maps[PT_MTL_OPACITY].channel == 4 && t->maps[PT_MTL_OPACITY].uv_scale[0] == 2 && !t->maps[PT_MTL_OPACITY].srgb);
     CHECK_STR(t->maps[PT_MTL_EMISSION].file, "e e.png");
