@@ -1109,7 +1109,8 @@ static void triangles_have_their_own_material(void) {
     pt_scene_desc sd;
     pt_scene *s, *outer;
     pt_mesh_desc mesh;
-    int borrow;
+    size_t fail;
+    int borrow, fine;
     memset(&sd, 0, sizeof sd);
     sd.allocator = counted(&c);
     for (borrow = 0; borrow < 2; borrow++) {
@@ -1137,6 +1138,21 @@ static void triangles_have_their_own_material(void) {
         pt_scene_destroy(s);
         CHECK(c.live == 0 && c.wrong_sizes == 0);
     }
+    for (fail = 1; fail < 100; fail++) {                 /* memory may run out */
+        sd.allocator = counted(&c);
+        c.fail_at = fail;
+        s = pt_scene_create(&sd);
+        d.emission = pt_v3(1, 1, 1);
+        m[0] = m[1] = m[2] = pt_add_material(s, &d);
+        mesh = four_triangles(ids, m, 3);
+        pt_add_mesh(s, &mesh);
+        fine = pt_scene_commit(s) == PT_OK;
+        pt_scene_destroy(s);
+        CHECK(c.live == 0 && c.wrong_sizes == 0);
+        if (fine) break;
+    }
+    CHECK(fail > 6 && fail < 100);
+    sd.allocator = counted(&c);
     s = pt_scene_create(&sd);
     memset(&d, 0, sizeof d);
     m[0] = pt_add_material(s, &d);

@@ -1,5 +1,5 @@
-// How fast are meshes read? One mesh as OBJ, PLY in words and PLY in bytes, from files that the system has in its cache, beside
-// tinyobjloader and assimp where they are installed. Seconds are the median of five. In C++, since tinyobjloader is.
+// How fast are meshes read? One mesh as OBJ, PLY in words and PLY in bytes, from files that the system has in its cache,
+// beside tinyobjloader and assimp where they are installed. Seconds are the median of five. In C++, since tinyobjloader is.
 //     sh tests/bench/bench_mesh.sh OUT [mesh.obj]
 #define PT_IMPLEMENTATION
 #include "../../pt.h"

@@ -51,7 +51,8 @@ static void demand_sound(const pt_mesh *m) {
         const float *p = m->positions + 3 * (size_t)m->indices[i];
         DEMAND(m->indices[i] < m->vertex_count);
         DEMAND(!m->material_ids || m->material_ids[i / 3] < m->material_count);
-        DEMAND(p[0] >= m->lo.x && p[1] >= m->lo.y && p[2] >= m->lo.z && p[0] <= m->hi.x && p[1] <= m->hi.y && p[2] <= m->hi.z);
+        DEMAND(p[0] >= m->lo.x && p[1] >= m->lo.y && p[2] >= m->lo.z);
+        DEMAND(p[0] <= m->hi.x && p[1] <= m->hi.y && p[2] <= m->hi.z);
         DEMAND(!m->normals || pti_finite(m->normals[3 * (size_t)m->indices[i] + 2]));
         DEMAND(!m->uvs || pti_finite(m->uvs[2 * (size_t)m->indices[i] + 1]));
     }
