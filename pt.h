@@ -5059,14 +5059,15 @@ static int pti_mtl_is(pti_input *in, const char *word) {
     in->at = start;
     return 0;
 }
-/* The rest of a line, blanks inside and all, but not those around, a comment, or quotes. */
-static pti_obj_name pti_obj_rest(const pti_input *in) {
+/* The rest of a line, blanks inside and all, but not those around, or quotes. It may end with a comment where that can not
+   be part of it: "Material #25" is a name. */
+static pti_obj_name pti_obj_rest(const pti_input *in, int comments) {
     pti_obj_name n;
     const uint8_t *p = in->at, *end;
     size_t i;
     while (p < in->end && (*p == ' ' || *p == '\t')) p++;
     for (end = p; end < in->end && !pti_is_line_end(*end); end++)
-        if (*end == '#' && (end == p || end[-1] == ' ' || end[-1] == '\t')) break;
+        if (comments && *end == '#' && (end == p || end[-1] == ' ' || end[-1] == '\t')) break;
     while (end > p && (end[-1] <= ' ')) end--;
     if (end - p >= 2 && *p == '"' && end[-1] == '"') { p++; end--; }
     n.at = p;
@@ -5185,7 +5186,7 @@ static void pti_mtl_finish(pti_mtl *t) {
 }
 
 static int pti_mtl_new(pti_mtl *t) {
-    pti_obj_name n = pti_obj_rest(&t->in);
+    pti_obj_name n = pti_obj_rest(&t->in, 0);
     size_t i;
     pti_mtl_finish(t);
     t->has = 0;
@@ -5273,7 +5274,7 @@ static int pti_mtl_read_map(pti_mtl *t, int use, int srgb, int turned) {
     do pti_obj_skip_blanks(&t->in); while (pti_mtl_option(t, m, &t->material->desc));
     if (turned) { m->base = 1 - m->base; m->gain = -m->gain; }
     m->uv_offset[1] = 1 - m->uv_scale[1] - m->uv_offset[1];      /* in MTL, v' = scale v + offset, from the bottom */
-    n = pti_obj_rest(&t->in);
+    n = pti_obj_rest(&t->in, 1);
     if (n.size) m->file = pti_path_join(&t->allocator, t->path, n.at, n.size);
     if (n.size && m->file) { pti_string_free(&t->allocator, map.file); return 1; }
     *m = map;
@@ -5518,7 +5519,7 @@ static int pti_obj_use_material(pti_obj *o) {
 }
 static int pti_obj_add_library(pti_obj *o) {
     pti_obj_name *n = (pti_obj_name *)pti_soup_add(&o->soup, &o->libraries);
-    if (n) *n = pti_obj_rest(&o->soup.in);
+    if (n) *n = pti_obj_rest(&o->soup.in, 1);
     return n != NULL;
 }
 static int pti_obj_read_face(pti_obj *o) {
@@ -5552,7 +5553,7 @@ static int pti_obj_read_statement(pti_obj *o) {
         if (pti_obj_is(in, "f", 1)) ok = pti_obj_read_face(o);
         break;
     case 'u':
-        if (pti_obj_is(in, "usemtl", 6)) o->material = pti_obj_rest(in);
+        if (pti_obj_is(in, "usemtl", 6)) o->material = pti_obj_rest(in, 0);
         break;
     case 'm':
         if (pti_obj_is(in, "mtllib", 6)) ok = pti_obj_add_library(o);

@@ -517,7 +517,7 @@ static void memory_may_run_out(void) {
 static void faces_tell_their_material(void) {
     pt_mesh m;
     if (!loads(&m, "v 0 0 0\nv 1 0 0\nv 0 1 0\ng one two\nusemtl wood\nf 1 2 3\no x\nusemtl dark \t red \nf 1 2 3\nf 1 2 3 2\n"
-        "s 1\nusemtl nobody\nusemtl wood # again\r\nf 1 2 3\n")) return;
+        "s 1\nusemtl nobody\nusemtl wood \r\nf 1 2 3\n")) return;
     CHECK_EQ_INT(m.material_count, 2);
     CHECK_EQ_INT(m.index_count, 15);
     if (m.material_count == 2 && CHECK(m.material_ids != NULL)) {
@@ -533,6 +533,9 @@ static void faces_tell_their_material(void) {
     if (!loads(&m, "v 0 0 0\nf 1 1 1\nusemtl a\nf 1 1 1\n")) return;        /* the first face has none: a grey one of no name */
     CHECK(m.material_count == 2 && m.material_ids && m.material_ids[0] == 0 && m.material_ids[1] == 1);
     if (m.material_count == 2) CHECK_STR(m.materials[0].name, "");
+    pt_mesh_free(&m);
+    if (!loads(&m, "v 0 0 0\nusemtl Material #25\nf 1 1 1\nusemtl Material #26\nf 1 1 1\n")) return;
+    CHECK(m.material_count == 2 && !strcmp(m.materials[1].name, "Material #26"));
     pt_mesh_free(&m);
     if (!loads(&m, "v 0 0 0\nusemtl a\nf 1 1 1\nusemtl a\nf 1 1 1\n")) return;
     CHECK(m.material_count == 1 && !m.material_ids);
