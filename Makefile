@@ -16,7 +16,7 @@ FUZZ_SECONDS ?= 60
 help:                             # the default
 	@echo 'make demo      build some examples and draw their pictures into out/ (about a minute)'
 	@echo 'make test      build and run the tests; the last line is "N passed, N failed"'
-	@echo 'make bench     how fast: two scenes, OBJ reading, tree building'
+	@echo 'make bench     how fast: two scenes, mesh reading, tree building'
 	@echo 'make figures   the pictures of the README, with many samples (a quarter of an hour)'
 	@echo 'make check     the compiler matrix, the symbols an object needs, the tests under sanitizers'
 	@echo 'make portable  the same pictures from other compilers, flags and machines: are all bits equal?'
@@ -47,6 +47,7 @@ test:
 bench: out/knot.obj
 	$(CC) -O2 tests/bench/bench.c -o out/bench $(LDLIBS)
 	out/bench
+	@sh tests/bench/bench_mesh.sh out
 
 figures: out/render_obj out/knot.obj
 	@sh examples/figures.sh out $(PICTURES)

@@ -56,7 +56,7 @@
      >>film       exact sums
      >>render     tiles, threads, progress
      >>image      PNG, PPM, PFM, Radiance HDR
-     >>mesh       Wavefront OBJ
+     >>mesh       Wavefront OBJ and MTL, PLY; smooth normals
      >>license */
 #ifndef PT_PATHTRACER_H_INCLUDED /* not PT_H: another well-known library on embedded systems ships a pt.h too */
 #define PT_PATHTRACER_H_INCLUDED
@@ -249,8 +249,13 @@ typedef struct pt_mesh_desc {
                                                              and no error */
     const float    *normals, *uvs;                        /* 3 and 2 floats a vertex, tight; NULL = none. A zero normal
                                                              stands for the triangle's own */
-    pt_material     material;
-    int             borrow;                               /* the caller keeps the arrays alive; nothing is copied */
+    pt_material     material;                             /* of all triangles, unless there are ids: */
+    const pt_material *materials;                         /* what material_ids count in */
+    size_t          material_count;
+    const uint32_t *material_ids;                         /* one a triangle, from 0; NULL = all material, or materials[0]
+                                                             where that is none and this is there */
+    int             borrow;                               /* the caller keeps the arrays alive; nothing is copied but the
+                                                             materials */
 } pt_mesh_desc;
 
 /* A shape of the user's own. bounds is asked once, when it is added. intersect returns nonzero and fills t (tmin < t <
@@ -412,20 +417,56 @@ PT_DEF pt_result pt_read_image(pt_image *out, const char *path);
 #endif
 PT_DEF void      pt_image_free(pt_image *image);
 
+/* A material that came with a mesh: its numbers are in desc. Its pictures are for the caller to load, with any library:
+       for (k = 0; k < PT_MTL_MAPS; k++)
+           if (m->maps[k].file) *pt_mtl_texture(m, k) = load(scene, m->maps + k);     (load: picture, then pt_add_texture)
+       materials[i] = pt_add_material(scene, &m->desc);
+   Then pt_mesh_desc takes materials, and material_count and material_ids as they are in pt_mesh. */
+enum { PT_MTL_COLOR, PT_MTL_SPECULAR, PT_MTL_ROUGHNESS, PT_MTL_METALLIC, PT_MTL_SHEEN, PT_MTL_EMISSION, PT_MTL_OPACITY,
+       PT_MTL_NORMAL, PT_MTL_BUMP, PT_MTL_MAPS };
+typedef struct pt_mtl_map {
+    const char *file;                                     /* with the folder of the MTL file before it; NULL = no map */
+    float uv_scale[2], uv_offset[2];                      /* looked up at offset + scale (u, 1 - v), (0, 0) the top left */
+    int channel;                                          /* 0 = all; 1 to 4 = red, green, blue, alpha alone */
+    int srgb;                                             /* a color: its pixels are sRGB-encoded */
+    int clamp;                                            /* at the border, instead of repeating */
+    float base, gain;                                     /* the pixels are to become base + gain pixel; mostly 0 and 1 */
+} pt_mtl_map;
+typedef struct pt_mtl {
+    const char *name;
+    int defined;                                          /* 0 = no file said what it is: grey */
+    pt_material_desc desc;
+    pt_mtl_map maps[PT_MTL_MAPS];
+} pt_mtl;
+PT_DEF pt_texture *pt_mtl_texture(pt_mtl *m, int map);    /* the texture in desc that the map is for */
+
 /* A mesh read from a file; its arrays fit pt_mesh_desc. Start from zero, or with an allocator set; free also after an
    error. */
 typedef struct pt_mesh {
     float *positions, *normals, *uvs;                     /* normals and uvs: NULL if the file has none */
     uint32_t *indices;
     size_t vertex_count, index_count;
+    pt_mtl *materials;                                    /* those that faces use; NULL if the file names none */
+    size_t material_count;
+    uint32_t *material_ids;                               /* one a triangle, into materials; NULL if there is but one */
     pt_vec3 lo, hi;                                       /* bounds of what the indices use */
     pt_allocator allocator;
     char error[256];                                      /* "file:line: reason", or "" */
+    char warning[256];                                    /* the first thing that was passed over, in the same form */
 } pt_mesh;
 PT_DEF pt_result pt_read_obj_memory(pt_mesh *out, const void *data, size_t size);
+PT_DEF pt_result pt_read_mtl_memory(pt_mesh *mesh, const void *data, size_t size);    /* fills in materials by name */
+PT_DEF pt_result pt_read_ply_memory(pt_mesh *out, const void *data, size_t size);
+PT_DEF pt_result pt_read_mesh_memory(pt_mesh *out, const void *data, size_t size);    /* PLY or OBJ, by content */
 #ifndef PT_NO_STDIO
-PT_DEF pt_result pt_read_obj(pt_mesh *out, const char *path);
+PT_DEF pt_result pt_read_obj(pt_mesh *out, const char *path);     /* and the MTL files that it names, if they are there */
+PT_DEF pt_result pt_read_ply(pt_mesh *out, const char *path);
+PT_DEF pt_result pt_read_mesh(pt_mesh *out, const char *path);
 #endif
+/* Smooth normals, in place of those that were there: of the triangles round a point, weighted by their angles. An edge
+   where they meet at more than angle_deg stays sharp, its vertices become two; 0 = 180: none does. On an error, the mesh
+   stays as it was. */
+PT_DEF pt_result pt_mesh_smooth(pt_mesh *mesh, float angle_deg);
 PT_DEF void      pt_mesh_free(pt_mesh *mesh);
 
 /* ---- the toolbox: the parts the integrator is made of, for teaching, tests and other uses ------------- */
@@ -1358,6 +1399,7 @@ typedef enum pti_shape_kind { PTI_MESH, PTI_SPHERE, PTI_INSTANCE, PTI_USER } pti
 typedef struct pti_mesh {
     const float *positions, *normals, *uvs;
     const uint32_t *indices;                             /* or NULL */
+    uint32_t *materials;                                 /* of the scene, one a triangle; or NULL: all the shape's */
     size_t stride, vertex_count;
     int owned, quads;                                    /* quads: triangles 2k and 2k + 1 are a parallelogram */
 } pti_mesh;
@@ -1375,6 +1417,9 @@ typedef struct pti_shape {
     uint32_t material;
     union { pti_mesh mesh; pti_sphere sphere; pti_instance instance; pti_user user; } as;
 } pti_shape;
+static uint32_t pti_shape_material(const pti_shape *s, uint32_t prim) {
+    return s->kind == PTI_MESH && s->as.mesh.materials ? s->as.mesh.materials[prim] : s->material;
+}
 
 /* All floats that a hit's position is made of carry relative errors of 2^-24 each. Eight of them, a bound that
    tests/test_shape.c holds, tell how far a hit may lie from its surface, and how far above it the next ray starts: the
@@ -2210,7 +2255,7 @@ static void pti_vertex_fill(const pti_geometry *g, const pti_ray *ray, pti_hit *
     x->prim = hit->prim - s->first;
     x->shape.id = hit->shape;
     x->instance.id = hit->instance;
-    x->material.id = s->material;
+    x->material.id = pti_shape_material(s, x->prim);
     if (in) {
         org = pti_xform_point(&in->to_local, org);
         dir = pti_xform_vector(&in->to_local, dir);
@@ -3177,7 +3222,7 @@ typedef struct pti_material {
     const pti_texture *textures;
     const pti_albedo *mirror, *dielectric, *coat, *fuzz; /* NULL where nothing asks them */
     float fresnel_mean;                                  /* of a smooth face of index ior */
-    int emits;
+    int emits, two_sided;                                /* of a mix: if one of its parts does, or is */
     pti_profile profile;                                 /* of the emission */
     int varies;                                          /* has textures, or a callback */
     int plain;                                           /* Lambert's and nothing else */
@@ -3235,7 +3280,7 @@ static pt_vec3 pti_material_emission(const pti_material *m, const pt_vertex *x) 
         e = pti_madd(pti_material_emission(m->all + m->desc.a.id, x), 1 - mix, pti_scale(pti_material_emission(m->all + m->desc.b.id, x), mix));
     }
     if (m->profile.outer > 0) pass = 1 - (1 - pass) * pti_profile_at(&m->profile, x->wo);
-    if (m->desc.two_sided || pti_dot(x->ng, x->wo) > 0) e = pti_add(e, pti_vary3(m, x, m->desc.emission, m->desc.emission_texture));
+    if (m->desc.two_sided || pti_dot(x->ng, x->wo) > 0) e = pti_add(e, pti_max3(pti_vary3(m, x, m->desc.emission, m->desc.emission_texture), pt_v3(0, 0, 0)));
     return pti_scale(e, (1 - pass) * pti_unit(pti_material_opacity(m, x)));
 }
 
@@ -4165,7 +4210,9 @@ PT_DEF void pt_scene_destroy(pt_scene *s) {
     for (i = 0; i < s->geometry.shape_count; i++) {
         pti_shape *shape = s->geometry.shapes + i;
         pti_mesh *m = &shape->as.mesh;
-        if (shape->kind != PTI_MESH || !m->owned) continue;
+        if (shape->kind != PTI_MESH) continue;
+        pti_free(&a, m->materials, shape->count, sizeof(uint32_t));
+        if (!m->owned) continue;
         pti_free(&a, (void *)(uintptr_t)m->positions, m->vertex_count, 3 * sizeof(float));
         pti_free(&a, (void *)(uintptr_t)m->normals, m->vertex_count, 3 * sizeof(float));
         pti_free(&a, (void *)(uintptr_t)m->uvs, m->vertex_count, 2 * sizeof(float));
@@ -4257,6 +4304,7 @@ static void pti_material_flags(pti_material *m, const pti_material *all) {
     m->varies = d->shade != NULL PTI_TEXTURES(PTI_ANY);
 #undef PTI_ANY
     m->emits = d->emission.x > 0 || d->emission.y > 0 || d->emission.z > 0 || d->emission_texture.id || (mix && (a->emits || b->emits));
+    m->two_sided = d->two_sided || (mix && (a->two_sided || b->two_sided));
     m->plain = d->bsdf == PT_BSDF_DIFFUSE && !m->varies && opaque && d->roughness == 0 && d->translucency == 0;
     m->disperses = (d->abbe > 0 && (d->bsdf == PT_BSDF_DIELECTRIC || d->bsdf == PT_BSDF_PRINCIPLED)) || (mix && (a->disperses || b->disperses));
     m->wants_coordinates = m->varies || d->bsdf == PT_BSDF_USER || d->roughness_y > 0
@@ -4539,6 +4587,32 @@ static int pti_check_mesh(pt_scene *s, const pt_mesh_desc *d, size_t stride, siz
     return pti_check_floats(s, call, "normal", d->normals, d->vertex_count, 3)
         && pti_check_floats(s, call, "uv", d->uvs, d->vertex_count, 2);
 }
+static int pti_check_mesh_materials(pt_scene *s, const pt_mesh_desc *d, size_t triangles) {
+    const char *call = "pt_add_mesh";
+    size_t i;
+    if (!pti_require(s, d->materials || !d->material_count, call, "materials is NULL")
+        || !pti_require(s, d->material_count || !d->material_ids || !triangles, call, "material_ids without materials"))
+        return 0;
+    for (i = 0; i < d->material_count; i++)
+        if (!pti_check_id(s, d->materials[i].id, s->material_count - 1, call, "material")) return 0;
+    for (i = 0; d->material_ids && i < triangles; i++) {
+        if (d->material_ids[i] < d->material_count) continue;
+        pti_fail(&s->error, PT_ERR_ARG, "%s: material id of triangle %u is %u, but there are %u materials", call,
+                 (uint64_t)i, (uint64_t)d->material_ids[i], (uint64_t)d->material_count);
+        return 0;
+    }
+    return 1;
+}
+/* The ids, turned into the scene's own. */
+static uint32_t *pti_mesh_materials(pt_scene *s, const pt_mesh_desc *d, size_t triangles) {
+    uint32_t *p;
+    size_t i;
+    if (!d->material_ids) return NULL;
+    p = (uint32_t *)pti_alloc(&s->allocator, triangles, sizeof *p);
+    if (!p) { pti_fail(&s->error, PT_ERR_MEMORY, "out of memory for a mesh"); return NULL; }
+    for (i = 0; i < triangles; i++) p[i] = d->materials[d->material_ids[i]].id;
+    return p;
+}
 static const void *pti_copy(pt_scene *s, const void *from, size_t count, size_t size) {
     void *p;
     if (!from) return NULL;
@@ -4562,10 +4636,11 @@ static pt_shape pti_add_mesh(pt_scene *s, const pt_mesh_desc *d, int quads) {
     if (!pti_check_shape(s, "pt_add_mesh", d, d->material)) return none;
     stride = d->vertex_stride ? d->vertex_stride : 12;
     corners = d->indices || d->index_count ? d->index_count : d->vertex_count;
-    if (!pti_check_mesh(s, d, stride, corners)) return none;
-    shape = pti_shape_slot(s, PTI_MESH, corners / 3, d->material);
+    if (!pti_check_mesh(s, d, stride, corners) || !pti_check_mesh_materials(s, d, corners / 3)) return none;
+    shape = pti_shape_slot(s, PTI_MESH, corners / 3, d->material.id || !d->material_count ? d->material : d->materials[0]);
     if (!shape) return none;
     m = &shape->as.mesh;
+    m->materials = pti_mesh_materials(s, d, corners / 3);
     m->quads = quads;
     m->owned = !d->borrow;
     m->stride = d->borrow ? stride : 12;
@@ -4887,13 +4962,38 @@ static int pti_emitter_add_quad(pt_scene *s, pt_vec3 p, pt_vec3 u, pt_vec3 v, pt
     e.p = pti_add(pti_add(p, u), v); e.e1 = pti_neg(u); e.e2 = pti_neg(v);
     return pti_emitter_add(s, e);
 }
-static int pti_emitters_of_mesh(pt_scene *s, const pti_shape *shape, float luminance, int two_sided,
+/* Mean luminance of what a material emits on a triangle with these texture coordinates: how often it is sampled, no more. */
+static float pti_emission_luminance(const pti_material *m, float uv[3][2]) {
+    const pt_material_desc *d = &m->desc;
+    float mix = d->mix_texture.id ? 0.5f : d->mix, sum = 0;
+    pt_vec3 c = d->emission;
+    if (d->bsdf == PT_BSDF_MIX)
+        sum = (1 - mix) * pti_emission_luminance(m->all + d->a.id, uv) + mix * pti_emission_luminance(m->all + d->b.id, uv);
+    if (d->emission_texture.id) {
+        pt_vec3 mean = pti_texture_mean_on_triangle(pti_material_texture(m, d->emission_texture), uv[0], uv[1], uv[2]);
+        c = pti_is_zero3(c) ? mean : pti_mul(c, mean);
+    }
+    return (sum + pti_luminance(c)) * (1 - d->transparency);
+}
+static float pti_triangle_luminance(const pti_mesh *mesh, uint32_t triangle, const pti_material *m) {
+    float uv[3][2] = { { 0, 0 }, { 1, 0 }, { 0, 1 } };   /* without any: barycentric, as a hit has them */
+    int k;
+    if (!m->varies && m->desc.bsdf != PT_BSDF_MIX) return pti_luminance(m->desc.emission) * (1 - m->desc.transparency);
+    for (k = 0; k < 3 && mesh->uvs; k++) memcpy(uv[k], mesh->uvs + 2 * (size_t)pti_mesh_index(mesh, triangle, k), sizeof uv[k]);
+    return pti_emission_luminance(m, uv);
+}
+static int pti_emitters_of_mesh(pt_scene *s, const pti_shape *shape, const pti_material *materials,
                                 const pti_instance *in) {
     uint32_t i, step = shape->as.mesh.quads ? 2 : 1;
     for (i = 0; i < shape->count; i += step) {
+        const pti_material *m = materials + pti_shape_material(shape, i);
+        float luminance;
+        int two_sided = m->two_sided, k;
         pt_vec3 v[3], n;
         pti_emitter e;
-        int k;
+        if (!m->emits) continue;
+        luminance = pti_triangle_luminance(&shape->as.mesh, i, m);
+        if (step == 2) luminance = (luminance + pti_triangle_luminance(&shape->as.mesh, i + 1, m)) / 2;
         pti_mesh_triangle(&shape->as.mesh, i, v);
         n = pti_normalize(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0])));
         if (in) {
@@ -4921,16 +5021,17 @@ static int pti_collect_emitters(pt_scene *s, const pt_scene *from, const pti_ins
     for (i = 0; i < from->geometry.shape_count; i++) {
         const pti_shape *shape = from->geometry.shapes + i;
         const pti_material *m = from->materials + shape->material;
-        float luminance = pti_luminance(m->desc.emission), scale = 1;
+        float scale = 1;
         if (shape->kind == PTI_INSTANCE) {
             if (!pti_collect_emitters(s, shape->as.instance.scene, &shape->as.instance)) return 0;
-        } else if (shape->kind == PTI_MESH && m->emits) {
-            if (!pti_emitters_of_mesh(s, shape, luminance, m->desc.two_sided, in)) return 0;
+        } else if (shape->kind == PTI_MESH && (m->emits || shape->as.mesh.materials)) {
+            if (!pti_emitters_of_mesh(s, shape, from->materials, in)) return 0;
         } else if (shape->kind == PTI_SPHERE && m->emits) {
             pt_vec3 c = shape->as.sphere.center;
+            float uv[3][2] = { { 0, 0.5f }, { 2, 0.5f }, { 1, 1 } };         /* all round its upper half, as good as any */
             pti_emitter e;
             if (in) { c = pti_xform_point(&in->to_world, c); scale = pti_xform_uniform_scale(&in->to_world); }
-            e = pti_emitter_sphere(c, shape->as.sphere.radius * scale, luminance, m->desc.two_sided);
+            e = pti_emitter_sphere(c, shape->as.sphere.radius * scale, pti_emission_luminance(m, uv), m->two_sided);
             e.n = m->profile.axis;
             e.spot = m->profile.outer;
             if (!pti_emitter_add(s, e)) return 0;
@@ -5159,7 +5260,8 @@ typedef struct pti_tracer {                              /* what all paths of a 
 
 /* Roulette looks at what a path can still bring, its potential: the throughput without the weights of deltas, since behind
    tinted glass all paths are dim and none is worth less for it. It plays after the emission at a vertex has been added, not
-   before the ray there is traced: a path that aims at a lamp has a small f / p just because the lamp is bright. */
+   before the ray there is traced: a path that aims at a lamp has a small f / p just because the lamp is bright. For the same
+   reason it does not play at mirrors and panes, behind which the lamp may be. */
 #define PTI_ROULETTE_LEAST 0.05f
 static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
     float q = pti_max(pti_largest(*potential), PTI_ROULETTE_LEAST);
@@ -5202,8 +5304,9 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         pti_draw2(sampler, 1 + (uint32_t)depth, 0, u);
         if (s->lights.count > 1 || s->density_count || m->wants_choice)
             pti_draw2(sampler, 1 + (uint32_t)depth, 1, choice);
-        if (pti_largest(potential) < 1 && !pti_roulette(&beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         pti_surface_at(m, &x, &surface);
+        if (pti_largest(potential) < 1 && surface.delta < 0.999f
+            && !pti_roulette(&beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
         pti_mixture_calm(&mix, pti_largest(potential));
         if (!pti_mixture_sample(&mix, u[0], u[1], choice, &step)) return L;
@@ -6765,45 +6868,185 @@ PT_DEF pt_result pt_read_image(pt_image *out, const char *path) {
 #endif
 
 /* ---- >>mesh --------------------------------------------------------------------------------------------
-   Wavefront OBJ (the "Advanced Visualizer" manual's appendix B1): the geometry, that is v, vt, vn and f. All else is
-   skipped. A corner of a face names three numbers, position, texture coordinate and normal, where a mesh has one index;
-   so vertex i of the file becomes vertex i of the mesh, with the vt and vn that a face first gives it, and each other
-   combination becomes one more vertex at the end. Polygons are cut into triangles. A glance at how the lines begin tells
-   how many there are, so that the lists seldom grow, and mostly are the mesh's arrays in the end. */
+   Meshes from files: Wavefront OBJ and its materials, MTL (the "Advanced Visualizer" manual's appendix B1; the format's own
+   page), and PLY (Turk 1994). All is read into a soup of vertices and triangles: polygons are cut up on the way. */
 
-#define PTI_OBJ_UNUSED UINT32_MAX
-typedef struct pti_obj_list { void *items; size_t count, capacity, size; } pti_obj_list;
-typedef struct pti_obj_float3 { float x[3]; } pti_obj_float3;
-typedef struct pti_obj_float2 { float x[2]; } pti_obj_float2;
-typedef struct pti_obj_corner { uint32_t vertex, uv, normal; } pti_obj_corner;        /* from 1; 0 = none */
-typedef struct pti_obj_first { uint32_t uv, normal; } pti_obj_first;                  /* what a vertex was first seen with */
-typedef struct pti_obj_triangle { uint32_t i[3]; } pti_obj_triangle;
-typedef struct pti_obj_point {                           /* a corner of the polygon at hand */
+typedef struct pti_list { void *items; size_t count, capacity, size; } pti_list;
+typedef struct pti_float3 { float x[3]; } pti_float3;
+typedef struct pti_float2 { float x[2]; } pti_float2;
+typedef struct pti_soup_triangle { uint32_t i[3]; } pti_soup_triangle;
+typedef struct pti_soup_point {                          /* a corner of the polygon at hand */
     uint32_t index, vertex;                              /* in the mesh; in the file, from 0 */
     uint32_t prev, next;
     int ear;
     double x, y;                                         /* in a plane */
-} pti_obj_point;
-typedef struct pti_obj {
+} pti_soup_point;
+typedef struct pti_soup {
     pti_input in;
     pt_allocator allocator;
     pt_result result;
-    pti_obj_list vertices, firsts, uvs, normals, triangles, polygon;
-    pti_obj_list more;                                   /* the further combinations, pti_obj_corner */
-    uint32_t *table;                                     /* finds them: open addressing, number + 1 */
-    size_t table_size;                                   /* a power of two */
-    int has_uv, has_normal;
-} pti_obj;
+    pti_list vertices, triangles, polygon;
+} pti_soup;
 
-static int pti_obj_memory(pti_obj *o) {
-    o->result = pti_report(o->in.error, PT_ERR_MEMORY, o->in.name, "out of memory");
+static pti_list pti_list_of(size_t size) {
+    pti_list l;
+    l.items = NULL; l.count = l.capacity = 0; l.size = size;
+    return l;
+}
+static pti_soup pti_soup_of(const pt_mesh *mesh, pti_input in) {
+    pti_soup s;
+    s.in = in;
+    s.allocator = pti_allocator_or_default(mesh->allocator);
+    s.result = PT_ERR_FORMAT;                            /* unless it turns out otherwise */
+    s.vertices = pti_list_of(sizeof(pti_float3));
+    s.triangles = pti_list_of(sizeof(pti_soup_triangle));
+    s.polygon = pti_list_of(sizeof(pti_soup_point));
+    return s;
+}
+static int pti_soup_memory(pti_soup *s) {
+    s->result = pti_report(s->in.error, PT_ERR_MEMORY, s->in.name, "out of memory");
     return 0;
 }
-static void *pti_obj_add(pti_obj *o, pti_obj_list *l) {  /* NULL: out of memory */
-    if (!pti_grow(&o->allocator, &l->items, l->count, &l->capacity, l->size)) { pti_obj_memory(o); return NULL; }
+static void *pti_soup_add(pti_soup *s, pti_list *l) {  /* NULL: out of memory */
+    if (!pti_grow(&s->allocator, &l->items, l->count, &l->capacity, l->size)) { pti_soup_memory(s); return NULL; }
     return (char *)l->items + l->size * l->count++;
 }
-static void pti_obj_drop(pti_obj *o, pti_obj_list *l) { pti_free(&o->allocator, l->items, l->capacity, l->size); }
+static void pti_soup_drop(pti_soup *s, pti_list *l) { pti_free(&s->allocator, l->items, l->capacity, l->size); }
+
+static int pti_soup_reserve(pti_soup *s, pti_list *l, size_t count) {
+    if (!count) return 1;
+    l->items = pti_alloc(&s->allocator, count, l->size);
+    if (!l->items) return pti_soup_memory(s);
+    l->capacity = count;
+    return 1;
+}
+
+static int pti_soup_emit(pti_soup *s, uint32_t a, uint32_t b, uint32_t c) {
+    const pti_soup_point *p = (const pti_soup_point *)s->polygon.items;
+    pti_soup_triangle *t = (pti_soup_triangle *)pti_soup_add(s, &s->triangles);
+    if (!t) return 0;
+    t->i[0] = p[a].index;
+    t->i[1] = p[b].index;
+    t->i[2] = p[c].index;
+    return 1;
+}
+static int pti_soup_fan(pti_soup *s, uint32_t n) {
+    uint32_t i;
+    for (i = 2; i < n; i++) if (!pti_soup_emit(s, 0, i - 1, i)) return 0;
+    return 1;
+}
+/* Lays the polygon flat, counter-clockwise: along the axis that its normal is nearest to. Newell's normal, the sum of
+   p_i x p_(i+1), is right for concave and for slightly bent polygons too. */
+static void pti_soup_flatten(const pti_soup *s, pti_soup_point *p, uint32_t n) {
+    const pti_float3 *v = (const pti_float3 *)s->vertices.items;
+    double normal[3] = { 0, 0, 0 };
+    uint32_t i, j;
+    int k, axis = 0, x, y;
+    for (j = n - 1, i = 0; i < n; j = i++) {
+        const float *a = v[p[j].vertex].x, *b = v[p[i].vertex].x;
+        for (k = 0; k < 3; k++) {
+            x = (k + 1) % 3; y = (k + 2) % 3;
+            normal[k] += ((double)a[x] - (double)b[x]) * ((double)a[y] + (double)b[y]);
+        }
+    }
+    for (k = 1; k < 3; k++) if (normal[k] * normal[k] > normal[axis] * normal[axis]) axis = k;
+    x = (axis + (normal[axis] < 0 ? 2 : 1)) % 3;
+    y = 3 - axis - x;
+    for (i = 0; i < n; i++) { p[i].x = (double)v[p[i].vertex].x[x]; p[i].y = (double)v[p[i].vertex].x[y]; }
+}
+/* Twice the area of a b c, positive when counter-clockwise. */
+static double pti_soup_area(const pti_soup_point *a, const pti_soup_point *b, const pti_soup_point *c) {
+    return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
+}
+static int pti_soup_same(const pti_soup_point *a, const pti_soup_point *b) { return a->x == b->x && a->y == b->y; }
+/* Can the corner i be cut off? It must be convex, and no other corner may lie in the triangle. (One that coincides with
+   the triangle's own may: so holes are cut in, by a bridge that goes there and back.) */
+static int pti_soup_is_ear(const pti_soup_point *p, uint32_t i) {
+    const pti_soup_point *a = p + p[i].prev, *b = p + i, *c = p + p[i].next, *q;
+    if (!(pti_soup_area(a, b, c) > 0)) return 0;
+    for (q = p + c->next; q != a; q = p + q->next) {
+        if (pti_soup_area(a, b, q) < 0 || pti_soup_area(b, c, q) < 0 || pti_soup_area(c, a, q) < 0) continue;
+        if (!pti_soup_same(a, q) && !pti_soup_same(b, q) && !pti_soup_same(c, q)) return 0;
+    }
+    return 1;
+}
+/* Ear clipping (Meisters 1975; after each cut only the two neighbours are asked anew, so n^2 in all). Where there is no ear,
+   in a polygon that crosses itself or has no area, any corner goes. */
+static int pti_soup_clip(pti_soup *s, pti_soup_point *p, uint32_t n) {
+    uint32_t i, tries;
+    for (i = 0; i < n; i++) { p[i].prev = (i + n - 1) % n; p[i].next = (i + 1) % n; }
+    for (i = 0; i < n; i++) p[i].ear = pti_soup_is_ear(p, i);
+    for (i = 0; n > 3; n--) {
+        for (tries = 0; tries < n && !p[i].ear; tries++) i = p[i].next;
+        if (!pti_soup_emit(s, p[i].prev, i, p[i].next)) return 0;
+        p[p[i].prev].next = p[i].next;
+        p[p[i].next].prev = p[i].prev;
+        p[p[i].prev].ear = pti_soup_is_ear(p, p[i].prev);
+        p[p[i].next].ear = pti_soup_is_ear(p, p[i].next);
+        i = p[p[i].next].next;                           /* not the neighbour: that makes slivers */
+    }
+    return pti_soup_emit(s, p[i].prev, i, p[i].next);
+}
+/* A fan from corner 0 is right for convex polygons, and for all others that can be seen whole from there. */
+static int pti_soup_triangulate(pti_soup *s) {
+    pti_soup_point *p = (pti_soup_point *)s->polygon.items;
+    uint32_t n = (uint32_t)s->polygon.count, i;
+    if (n == 3 || n > 1024) return pti_soup_fan(s, n);
+    pti_soup_flatten(s, p, n);
+    for (i = 2; i < n; i++) if (pti_soup_area(p, p + i - 1, p + i) < 0) return pti_soup_clip(s, p, n);
+    return pti_soup_fan(s, n);
+}
+
+/* The arrays of the mesh have just the size that its counts tell, since that is how they are freed: here those of a list,
+   with room for others after its own. */
+static void *pti_soup_take(pti_soup *s, pti_list *l, size_t others) {
+    size_t count = l->count + others;
+    void *p = l->items;
+    if (count != l->capacity) {
+        p = pti_alloc(&s->allocator, count, l->size);
+        if (!p) { pti_soup_memory(s); return NULL; }
+        memcpy(p, l->items, l->count * l->size);
+        pti_soup_drop(s, l);
+    }
+    l->items = NULL;                                     /* the count stays: it is still asked */
+    return p;
+}
+static void pti_soup_free(pti_soup *s) {
+    pti_soup_drop(s, &s->vertices);
+    pti_soup_drop(s, &s->triangles);
+    pti_soup_drop(s, &s->polygon);
+}
+
+static void pti_string_free(const pt_allocator *a, const char *s) {
+    if (s) pti_free(a, (void *)(uintptr_t)s, strlen(s) + 1, 1);
+}
+PT_DEF void pt_mesh_free(pt_mesh *mesh) {
+    pt_allocator a;
+    size_t i;
+    int k;
+    if (!mesh) return;
+    a = pti_allocator_or_default(mesh->allocator);
+    pti_free(&a, mesh->positions, mesh->vertex_count, 3 * sizeof(float));
+    pti_free(&a, mesh->normals, mesh->vertex_count, 3 * sizeof(float));
+    pti_free(&a, mesh->uvs, mesh->vertex_count, 2 * sizeof(float));
+    pti_free(&a, mesh->indices, mesh->index_count / 3, 3 * sizeof(uint32_t));
+    pti_free(&a, mesh->material_ids, mesh->index_count / 3, sizeof(uint32_t));
+    for (i = 0; i < mesh->material_count; i++) {
+        pti_string_free(&a, mesh->materials[i].name);
+        for (k = 0; k < PT_MTL_MAPS; k++) pti_string_free(&a, mesh->materials[i].maps[k].file);
+    }
+    pti_free(&a, mesh->materials, mesh->material_count, sizeof(pt_mtl));
+    mesh->positions = mesh->normals = mesh->uvs = NULL;
+    mesh->indices = mesh->material_ids = NULL;
+    mesh->materials = NULL;
+    mesh->vertex_count = mesh->index_count = mesh->material_count = 0;
+    mesh->lo = mesh->hi = pt_v3(0, 0, 0);
+}
+static void pti_mesh_warn(pt_mesh *mesh, const char *text) {    /* the first is kept */
+    if (!mesh->warning[0]) memcpy(mesh->warning, text, sizeof mesh->warning);
+}
+
+typedef struct pti_obj_name { const uint8_t *at; size_t size; uint64_t line; uint32_t hash; } pti_obj_name;   /* in a text */
 
 /* Text. A statement ends with its line; a backslash before the end takes the next line along. */
 static int pti_is_line_end(int c) { return c == '\n' || c == '\r'; }
@@ -6844,59 +7087,443 @@ static int pti_obj_is(pti_input *in, const char *word, size_t n) {
     return 0;
 }
 /* Refuses the word that starts at word: "... is not a number". */
-static int pti_obj_refuse_word(pti_obj *o, const uint8_t *word, const char *what) {
+static int pti_obj_refuse_word(const pti_input *from, const uint8_t *word, const char *what) {
     char shown[33];
     size_t n = 0;
-    pti_input in = o->in;
+    pti_input in = *from;
     in.at = word;
     for (; n < sizeof shown - 1 && !pti_obj_at_gap(&in); in.at++) shown[n++] = *in.at < 127 ? (char)*in.at : '?';
     shown[n] = 0;
-    return pti_refuse(&o->in, "\"%s\" %s", shown, what);
+    return pti_refuse(from, "\"%s\" %s", shown, what);
 }
 /* Up to n numbers; at least so many. What the statement has beyond them is skipped with its line. */
-static int pti_obj_numbers(pti_obj *o, const char *statement, float *x, int least, int n) {
+static int pti_obj_numbers(pti_input *in, const char *statement, float *x, int least, int n) {
     const double most = (double)FLT_MAX;
     double d;
     int i;
     for (i = 0; i < n; i++) {
         const uint8_t *word;
-        pti_obj_skip_blanks(&o->in);
-        word = o->in.at;
-        if (pti_obj_at_end(&o->in)) {
+        pti_obj_skip_blanks(in);
+        word = in->at;
+        if (pti_obj_at_end(in)) {
             if (i >= least) break;
-            return pti_refuse(&o->in, "%s has %d numbers, but needs %d", statement, i, least);
+            return pti_refuse(in, "%s has %d numbers, but needs %d", statement, i, least);
         }
-        if (!pti_parse_number(&o->in, &d) || !pti_obj_at_gap(&o->in)) return pti_obj_refuse_word(o, word, "is not a number");
-        if (!(d >= -most && d <= most)) return pti_obj_refuse_word(o, word, "is too large for a float");
+        if (!pti_parse_number(in, &d) || !pti_obj_at_gap(in)) return pti_obj_refuse_word(in, word, "is not a number");
+        if (!(d >= -most && d <= most)) return pti_obj_refuse_word(in, word, "is too large for a float");
         x[i] = (float)d;
     }
     return 1;
 }
+static int pti_obj_begin_text(pti_input *in, const char *format) {
+    const uint8_t *p = in->at;
+    size_t n = pti_input_left(in);
+    if (n >= 2 && ((p[0] == 0xff && p[1] == 0xfe) || (p[0] == 0xfe && p[1] == 0xff) || !p[0] || !p[1]))
+        return pti_refuse(in, "this is UTF-16 text or no text at all: %s is ASCII or UTF-8", format);
+    if (n >= 3 && p[0] == 0xef && p[1] == 0xbb && p[2] == 0xbf) in->at += 3;
+    return 1;
+}
+
+/* MTL, the materials of an OBJ file. What was meant for Phong's highlights becomes a physical material so:
+     Kd        color, taken as linear like all numbers; without one, white under a map_Kd, else black beside
+               Ks, else grey
+     Ks        a plastic: specular = 2 luminance(Ks), at most 1, since the usual 0.5 goes with an index of 1.5. No Ks, or
+               illum 0 or 1: PT_BSDF_DIFFUSE
+     mirrors   with illum 3, 5 or 8 (which trace reflections), with no Kd at all, or with a Ks above 0.5 beside a black one:
+               color = Kd + Ks, and metallic = the share of Ks in its luminance, so that both keep their albedo
+     Ns        roughness = sqrt(alpha), alpha^2 = 2 / (Ns + 2), the lobe as wide as Phong's (Walter et al. 2007); from 1000
+               on, the end of the scale, smooth. Without one 0.3, and 0 for a mirror
+     Ni        ior, if above 1: many programs write 1 on everything
+     d, 1 - Tr glass, if Ni is above 1 and light is refracted: by illum 4, 6, 7 or 9 and a Tf not black, or by a Tf not black
+               and a d below 1. Then transmission = 1 - d (all, if d is 1), color = Tf, else Kd, else white; and smooth,
+               unless there is a Pr. Otherwise transparency = 1 - d
+     Ke        emission
+     Pr Pm Ps Pc Pcr aniso anisor
+               roughness (without one by Ns, else 0.5), metallic, sheen, coat, coat_roughness; alpha divided and multiplied by
+               sqrt(1 - 0.9 aniso) along and across the tangent (Burley 2012), which anisor turns, 1 = 360 degrees. Where any
+               of them is, Ks is no mirror
+     map_*     multiply what they belong to, and stand alone where that is not given. map_Ns and map_Tr are turned over, 1 -
+               value. -bm: bump = 0.01 m of it
+   Ka, sharpness, disp, decal and refl are ignored, and so are the options -blendu -blendv -boost -cc -t -texres -type. */
+
+typedef enum pti_mtl_key {
+    PTI_MTL_KD, PTI_MTL_KS, PTI_MTL_KE, PTI_MTL_TF, PTI_MTL_NS, PTI_MTL_NI, PTI_MTL_D, PTI_MTL_TR, PTI_MTL_ILLUM,
+    PTI_MTL_PR, PTI_MTL_PM, PTI_MTL_PS, PTI_MTL_PC, PTI_MTL_PCR, PTI_MTL_ANISO, PTI_MTL_ANISOR, PTI_MTL_KEYS
+} pti_mtl_key;
+typedef struct pti_mtl {
+    pti_input in;
+    const char *path;                                    /* of the MTL file, or NULL */
+    pt_allocator allocator;
+    pt_mesh *mesh;
+    pt_mtl *material;                                    /* at hand; NULL = one that the mesh does not use */
+    unsigned has;                                        /* bits by key */
+    int pbr, out_of_memory;
+    pt_vec3 value[PTI_MTL_KEYS];
+} pti_mtl;
+
+/* Upper and lower case are the same: programs differ. */
+static int pti_mtl_is(pti_input *in, const char *word) {
+    const uint8_t *start = in->at;
+    for (; *word && in->at < in->end; word++, in->at++) {
+        int c = *in->at, w = (unsigned char)*word;
+        if (c >= 'A' && c <= 'Z') c += 'a' - 'A';
+        if (w >= 'A' && w <= 'Z') w += 'a' - 'A';
+        if (c != w) break;
+    }
+    if (!*word && pti_obj_at_gap(in)) return 1;
+    in->at = start;
+    return 0;
+}
+/* The rest of a line, blanks inside and all, but not those around, or quotes. It may end with a comment where that can not
+   be part of it: "Material #25" is a name. */
+static pti_obj_name pti_obj_rest(const pti_input *in, int comments) {
+    pti_obj_name n;
+    const uint8_t *p = in->at, *end;
+    size_t i;
+    while (p < in->end && (*p == ' ' || *p == '\t')) p++;
+    for (end = p; end < in->end && !pti_is_line_end(*end); end++)
+        if (comments && *end == '#' && (end == p || end[-1] == ' ' || end[-1] == '\t')) break;
+    while (end > p && (end[-1] <= ' ')) end--;
+    if (end - p >= 2 && *p == '"' && end[-1] == '"') { p++; end--; }
+    n.at = p;
+    n.size = (size_t)(end - p);
+    n.line = in->line;
+    n.hash = 2166136261u;                                /* FNV-1a */
+    for (i = 0; i < n.size; i++) n.hash = (n.hash ^ p[i]) * 16777619u;
+    return n;
+}
+static char *pti_string_of(const pt_allocator *a, const uint8_t *at, size_t size) {    /* NULL: out of memory */
+    char *s;
+    size_t n = 0;
+    while (n < size && at[n]) n++;                       /* it ends at a zero */
+    s = (char *)pti_alloc(a, n + 1, 1);
+    if (s && n) memcpy(s, at, n);
+    return s;
+}
+/* folder of beside (or nothing) + name, with slashes that every system takes. NULL: out of memory. */
+static const char *pti_path_join(const pt_allocator *a, const char *beside, const uint8_t *name, size_t size) {
+    size_t n = 0, i;
+    int absolute = size && (name[0] == '/' || name[0] == '\\' || (size > 1 && name[1] == ':'));
+    char *path;
+    for (i = 0; beside && !absolute && beside[i]; i++) if (beside[i] == '/' || beside[i] == '\\') n = i + 1;
+    for (i = 0; i < size && name[i]; i++) {}
+    size = i;                                            /* a path ends at a zero */
+    path = (char *)pti_alloc(a, n + size + 1, 1);
+    if (!path) return NULL;
+    if (n) memcpy(path, beside, n);
+    for (i = 0; i < size; i++) path[n + i] = name[i] == '\\' ? '/' : (char)name[i];
+    return path;
+}
+
+static int pti_mtl_has(const pti_mtl *t, pti_mtl_key k) { return t->has >> k & 1; }
+static float pti_mtl_number(const pti_mtl *t, pti_mtl_key k, float otherwise) {
+    return pti_mtl_has(t, k) ? t->value[k].x : otherwise;
+}
+static pt_vec3 pti_mtl_color(const pti_mtl *t, pti_mtl_key k, float otherwise) {
+    pt_vec3 white = pt_v3(1, 1, 1), c = pt_v3(otherwise, otherwise, otherwise);
+    return pti_max3(pti_min3(pti_mtl_has(t, k) ? t->value[k] : c, white), pt_v3(0, 0, 0));
+}
+static float pti_mtl_share(const pti_mtl *t, pti_mtl_key k, float otherwise) {
+    return pti_clamp(pti_mtl_number(t, k, otherwise), 0, 1);
+}
+static float pti_mtl_roughness(const pti_mtl *t, float otherwise) {
+    float ns = pti_max(pti_mtl_number(t, PTI_MTL_NS, 0), 0);
+    if (pti_mtl_has(t, PTI_MTL_PR)) return pti_mtl_share(t, PTI_MTL_PR, 0);
+    if (t->material->maps[PT_MTL_ROUGHNESS].file) return 0;
+    if (!pti_mtl_has(t, PTI_MTL_NS)) return otherwise;
+    return ns < 1000 ? sqrtf(sqrtf(2 / (ns + 2))) : 0.0f;
+}
+static void pti_mtl_physical(const pti_mtl *t, pt_material_desc *d) {
+    float aniso = pti_mtl_share(t, PTI_MTL_ANISO, 0), aspect;
+    d->bsdf = PT_BSDF_PRINCIPLED;
+    d->roughness = pti_mtl_roughness(t, 0.5f);
+    d->metallic = pti_mtl_share(t, PTI_MTL_PM, 0);
+    d->sheen = pti_mtl_share(t, PTI_MTL_PS, t->material->maps[PT_MTL_SHEEN].file ? 1.0f : 0.0f);
+    d->coat = pti_mtl_share(t, PTI_MTL_PC, 0);
+    d->coat_roughness = pti_mtl_share(t, PTI_MTL_PCR, 0);
+    if (!(aniso > 0)) return;
+    aspect = sqrtf(sqrtf(1 - 0.9f * aniso));             /* of roughness, the root of alpha */
+    d->roughness_y = d->roughness * aspect;
+    d->roughness = pti_min(d->roughness / aspect, 1);
+    d->rotation_deg = 360 * pti_mtl_share(t, PTI_MTL_ANISOR, 0);
+}
+static int pti_mtl_mirrors(const pti_mtl *t, pt_vec3 kd, pt_vec3 ks, int illum) {
+    if (pti_is_zero3(ks)) return 0;
+    return illum == 3 || illum == 5 || illum == 8 || (!pti_mtl_has(t, PTI_MTL_KD) && !t->material->maps[PT_MTL_COLOR].file)
+        || (pti_is_zero3(kd) && !t->material->maps[PT_MTL_COLOR].file && pti_largest_abs(ks) > 0.5f);
+}
+static void pti_mtl_mirror(const pti_mtl *t, pt_material_desc *d, pt_vec3 kd, pt_vec3 ks) {
+    pt_mtl_map *maps = t->material->maps;
+    pt_vec3 sum = pti_add(kd, ks);
+    d->bsdf = PT_BSDF_PRINCIPLED;
+    d->color = pti_scale(sum, 1 / pti_max(pti_largest_abs(sum), 1));
+    d->metallic = pti_min(pti_luminance(ks) / pti_luminance(sum), 1);
+    d->roughness = pti_mtl_roughness(t, 0);
+    if (maps[PT_MTL_COLOR].file || !maps[PT_MTL_SPECULAR].file) return;
+    maps[PT_MTL_COLOR] = maps[PT_MTL_SPECULAR];          /* of a metal, map_Ks is the color */
+    maps[PT_MTL_SPECULAR].file = NULL;
+}
+static void pti_mtl_see_through(const pti_mtl *t, pt_material_desc *d, pt_vec3 kd, int illum) {
+    float opaque = pti_mtl_share(t, PTI_MTL_D, 1 - pti_mtl_share(t, PTI_MTL_TR, 0));
+    pt_vec3 tf = pti_mtl_color(t, PTI_MTL_TF, 1);
+    int traced = illum == 4 || illum == 6 || illum == 7 || illum == 9;
+    if (pti_is_zero3(tf) || !(d->ior > 1) || !(traced || (pti_mtl_has(t, PTI_MTL_TF) && opaque < 1))) {
+        d->transparency = opaque > 0 || !t->material->maps[PT_MTL_OPACITY].file ? 1 - opaque : 0.0f;
+        return;
+    }
+    d->bsdf = PT_BSDF_PRINCIPLED;
+    d->transmission = opaque < 1 ? 1 - opaque : 1.0f;
+    d->metallic = d->specular = 0;
+    d->color = pti_mtl_has(t, PTI_MTL_TF) ? tf : pti_is_zero3(kd) ? pt_v3(1, 1, 1) : kd;
+    d->roughness = t->pbr ? d->roughness : 0.0f;
+}
+/* What the statements since newmtl say, as a material. */
+static void pti_mtl_finish(pti_mtl *t) {
+    pt_material_desc *d;
+    pt_vec3 kd, ks = pti_mtl_color(t, PTI_MTL_KS, 0), zero = pt_v3(0, 0, 0), bright = pt_v3(1e12f, 1e12f, 1e12f);
+    int illum = (int)pti_clamp(pti_mtl_number(t, PTI_MTL_ILLUM, 2), 0, 10);
+    if (!t->material) return;
+    d = &t->material->desc;
+    if (illum < 2) ks = zero;
+    kd = pti_mtl_color(t, PTI_MTL_KD, t->material->maps[PT_MTL_COLOR].file ? 1.0f : pti_is_zero3(ks) ? 0.5f : 0.0f);
+    d->color = kd;
+    d->emission = pti_max3(pti_min3(pti_mtl_has(t, PTI_MTL_KE) ? t->value[PTI_MTL_KE] : zero, bright), zero);
+    d->ior = pti_mtl_number(t, PTI_MTL_NI, 0) > 1 ? pti_min(t->value[PTI_MTL_NI].x, 10) : 0.0f;
+    if (t->pbr) pti_mtl_physical(t, d);
+    else if (pti_mtl_mirrors(t, kd, ks, illum)) pti_mtl_mirror(t, d, kd, ks);
+    else if (!pti_is_zero3(ks) || (illum >= 2 && !pti_mtl_has(t, PTI_MTL_KS) && t->material->maps[PT_MTL_SPECULAR].file)) {
+        d->bsdf = PT_BSDF_PRINCIPLED;
+        d->roughness = pti_mtl_roughness(t, 0.3f);
+        d->specular = pti_min(2 * pti_luminance(ks), 1);
+    }
+    pti_mtl_see_through(t, d, kd, illum);
+    t->material = NULL;
+}
+
+static int pti_mtl_new(pti_mtl *t) {
+    pti_obj_name n = pti_obj_rest(&t->in, 0);
+    size_t i;
+    pti_mtl_finish(t);
+    t->has = 0;
+    t->pbr = 0;
+    for (i = 0; i < t->mesh->material_count; i++) {
+        pt_mtl *m = t->mesh->materials + i;
+        if (strlen(m->name) != n.size || memcmp(m->name, n.at, n.size) || m->defined) continue;     /* the first holds */
+        m->defined = 1;
+        t->material = m;
+        break;
+    }
+    return 1;
+}
+static int pti_mtl_channel(int c) {
+    switch (c) {
+    case 'r': return 1;
+    case 'g': return 2;
+    case 'b': return 3;
+    case 'm': return 4;
+    default:  return 0;                                  /* l, luminance, and z, depth */
+    }
+}
+/* Up to three numbers: fewer where a word is no number, which then is the name of the file. */
+static int pti_mtl_option_numbers(pti_input *in, float *x, int most) {
+    int n = 0;
+    double d;
+    for (; n < most; n++) {
+        const uint8_t *word;
+        pti_obj_skip_blanks(in);
+        word = in->at;
+        if (!pti_parse_number(in, &d) || !pti_obj_at_gap(in) || !(d >= -1e6 && d <= 1e6)) { in->at = word; break; }
+        x[n] = (float)d;
+    }
+    return n;
+}
+static void pti_mtl_skip_word(pti_input *in) {
+    pti_obj_skip_blanks(in);
+    while (!pti_obj_at_gap(in)) in->at++;
+}
+static int pti_mtl_option(pti_mtl *t, pt_mtl_map *map, pt_material_desc *d) {      /* 0: no option any more */
+    static const char *const skipped[] = { "-blendu", "-blendv", "-boost", "-cc", "-texres", "-type" };
+    pti_input *in = &t->in;
+    float x[3] = { 0, 0, 0 };
+    size_t i;
+    if (pti_mtl_is(in, "-s")) {
+        int n = pti_mtl_option_numbers(in, x, 3);
+        if (n > 0) map->uv_scale[0] = x[0];
+        if (n > 1) map->uv_scale[1] = x[1];
+    } else if (pti_mtl_is(in, "-o")) {
+        pti_mtl_option_numbers(in, x, 3);
+        map->uv_offset[0] = x[0]; map->uv_offset[1] = x[1];
+    } else if (pti_mtl_is(in, "-t")) pti_mtl_option_numbers(in, x, 3);        /* turbulence */
+    else if (pti_mtl_is(in, "-mm")) {
+        int n = pti_mtl_option_numbers(in, x, 2);
+        if (n > 0) map->base = x[0];
+        if (n > 1) map->gain = x[1];
+    } else if (pti_mtl_is(in, "-bm")) {
+        if (!pti_mtl_option_numbers(in, x, 1) || map != t->material->maps + PT_MTL_BUMP) return 1;
+        d->bump = x[0] != 0 ? 0.01f * x[0] : 1e-9f;      /* 0 would be the default */
+    } else if (pti_mtl_is(in, "-clamp")) {
+        pti_obj_skip_blanks(in);
+        map->clamp = pti_mtl_is(in, "on");
+        if (!map->clamp) pti_mtl_skip_word(in);
+    } else if (pti_mtl_is(in, "-imfchan")) {
+        pti_obj_skip_blanks(in);
+        map->channel = pti_mtl_channel(pti_peek(in));
+        pti_mtl_skip_word(in);
+    } else {
+        for (i = 0; i < sizeof skipped / sizeof skipped[0]; i++)
+            if (pti_mtl_is(in, skipped[i])) { pti_mtl_skip_word(in); return 1; }
+        return 0;
+    }
+    return 1;
+}
+static int pti_mtl_read_map(pti_mtl *t, int use, int srgb, int turned) {
+    pt_mtl_map map, *m;
+    pti_obj_name n;
+    if (!t->material) return 1;
+    m = t->material->maps + use;
+    map = *m;
+    memset(m, 0, sizeof *m);
+    m->uv_scale[0] = m->uv_scale[1] = 1;
+    m->gain = 1;
+    m->srgb = srgb;
+    do pti_obj_skip_blanks(&t->in); while (pti_mtl_option(t, m, &t->material->desc));
+    if (turned) { m->base = 1 - m->base; m->gain = -m->gain; }
+    m->uv_offset[1] = 1 - m->uv_scale[1] - m->uv_offset[1];      /* in MTL, v' = scale v + offset, from the bottom */
+    n = pti_obj_rest(&t->in, 1);
+    if (n.size) m->file = pti_path_join(&t->allocator, t->path, n.at, n.size);
+    if (n.size && m->file) { pti_string_free(&t->allocator, map.file); return 1; }
+    *m = map;
+    t->out_of_memory = n.size != 0;
+    return n.size ? 0 : pti_refuse(&t->in, "a map without a file");
+}
+static int pti_mtl_read_numbers(pti_mtl *t, pti_mtl_key key, const char *word) {
+    int color = key <= PTI_MTL_TF;
+    float x[3];
+    pti_obj_skip_blanks(&t->in);
+    if (key == PTI_MTL_D) (void)pti_mtl_is(&t->in, "-halo");     /* less where it is seen from the side: not here */
+    if (!pti_obj_numbers(&t->in, word, x, 1, 1)) return 0;
+    x[1] = x[2] = x[0];                                  /* r alone: grey */
+    pti_obj_skip_blanks(&t->in);
+    if (color && !pti_obj_at_end(&t->in) && !pti_obj_numbers(&t->in, word, x + 1, 2, 2)) return 0;
+    t->value[key] = pt_v3(x[0], x[1], x[2]);
+    t->has |= 1u << key;
+    t->pbr |= key >= PTI_MTL_PR;
+    return 1;
+}
+static int pti_mtl_read_statement(pti_mtl *t) {          /* 0: refused, in words, or out of memory */
+    static const char *const keys[PTI_MTL_KEYS] = { "Kd", "Ks", "Ke", "Tf", "Ns", "Ni", "d", "Tr", "illum",
+        "Pr", "Pm", "Ps", "Pc", "Pcr", "aniso", "anisor" };
+    static const struct { const char *word; int use, srgb, turned, pbr; } maps[] = {
+        { "map_Kd", PT_MTL_COLOR, 1, 0, 0 }, { "map_Ks", PT_MTL_SPECULAR, 1, 0, 0 }, { "map_Ke", PT_MTL_EMISSION, 1, 0, 0 },
+        { "map_d", PT_MTL_OPACITY, 0, 0, 0 }, { "map_Tr", PT_MTL_OPACITY, 0, 1, 0 },
+        { "map_Ns", PT_MTL_ROUGHNESS, 0, 1, 0 }, { "map_Pr", PT_MTL_ROUGHNESS, 0, 0, 1 },
+        { "map_Pm", PT_MTL_METALLIC, 0, 0, 1 }, { "map_Ps", PT_MTL_SHEEN, 0, 0, 1 },
+        { "map_bump", PT_MTL_BUMP, 0, 0, 0 }, { "bump", PT_MTL_BUMP, 0, 0, 0 }, { "norm", PT_MTL_NORMAL, 0, 0, 0 },
+        { "map_Kn", PT_MTL_NORMAL, 0, 0, 0 } };
+    size_t i;
+    pti_obj_skip_blanks(&t->in);
+    if (pti_obj_at_end(&t->in)) return 1;
+    if (pti_mtl_is(&t->in, "newmtl")) return pti_mtl_new(t);
+    for (i = 0; i < PTI_MTL_KEYS; i++)
+        if (pti_mtl_is(&t->in, keys[i])) return pti_mtl_read_numbers(t, (pti_mtl_key)i, keys[i]);
+    for (i = 0; i < sizeof maps / sizeof maps[0]; i++) {
+        if (!pti_mtl_is(&t->in, maps[i].word)) continue;
+        if (maps[i].turned && t->material && t->material->maps[maps[i].use].file) return 1;
+        t->pbr |= maps[i].pbr;
+        return pti_mtl_read_map(t, maps[i].use, maps[i].srgb, maps[i].turned);
+    }
+    return 1;
+}
+/* Fills in the mesh's materials that it defines. What is malformed is skipped with its line, and warned of. */
+static pt_result pti_mtl_read(pt_mesh *mesh, const char *name, const char *path, const void *data, size_t size) {
+    char refused[256] = { 0 };
+    pti_mtl t;
+    memset(&t, 0, sizeof t);
+    t.in = pti_input_of(name, data, size, refused);
+    t.path = path;
+    t.allocator = pti_allocator_or_default(mesh->allocator);
+    t.mesh = mesh;
+    if (!pti_obj_begin_text(&t.in, "MTL")) { pti_mesh_warn(mesh, refused); return PT_OK; }
+    while (t.in.at < t.in.end && !t.out_of_memory) {
+        if (!pti_mtl_read_statement(&t)) pti_mesh_warn(mesh, refused);
+        pti_obj_skip_line(&t.in);
+    }
+    pti_mtl_finish(&t);
+    return t.out_of_memory ? pti_report(mesh->error, PT_ERR_MEMORY, name, "out of memory") : PT_OK;
+}
+PT_DEF pt_result pt_read_mtl_memory(pt_mesh *mesh, const void *data, size_t size) {
+    pti_fpmode mode;
+    pt_result r;
+    if (!mesh || (!data && size)) return PT_ERR_ARG;
+    mode = pti_fpmode_enter();
+    r = pti_mtl_read(mesh, "memory", NULL, data, size);
+    pti_fpmode_leave(mode);
+    return r;
+}
+PT_DEF pt_texture *pt_mtl_texture(pt_mtl *m, int map) {
+    pt_material_desc *d;
+    if (!m) return NULL;
+    d = &m->desc;
+    switch (map) {
+    case PT_MTL_COLOR:     return &d->color_texture;
+    case PT_MTL_SPECULAR:  return &d->specular_texture;
+    case PT_MTL_ROUGHNESS: return &d->roughness_texture;
+    case PT_MTL_METALLIC:  return &d->metallic_texture;
+    case PT_MTL_SHEEN:     return &d->sheen_texture;
+    case PT_MTL_EMISSION:  return &d->emission_texture;
+    case PT_MTL_OPACITY:   return &d->opacity_texture;
+    case PT_MTL_NORMAL:    return &d->normal_texture;
+    case PT_MTL_BUMP:      return &d->bump_texture;
+    default:               return NULL;
+    }
+}
+
+/* Wavefront OBJ: v, vt, vn, f, usemtl and mtllib; groups, lines and the rest are skipped. A corner of a face names three
+   numbers, position, texture coordinate and normal, where a mesh has one index; so vertex i of the file becomes vertex i of
+   the mesh, with the vt and vn that a face first gives it, and each other combination becomes one more vertex at the end. A
+   glance at how the lines begin tells how many there are, so that the lists seldom grow, and mostly are the mesh's arrays in
+   the end. */
+
+#define PTI_OBJ_UNUSED UINT32_MAX
+typedef struct pti_obj_corner { uint32_t vertex, uv, normal; } pti_obj_corner;        /* from 1; 0 = none */
+typedef struct pti_obj_first { uint32_t uv, normal; } pti_obj_first;                  /* what a vertex was first seen with */
+typedef struct pti_obj_run { size_t first; uint32_t name; } pti_obj_run;              /* triangles of one material */
+typedef struct pti_obj {
+    pti_soup soup;
+    pti_list firsts, uvs, normals;
+    pti_list more;                                       /* the further combinations, pti_obj_corner */
+    pti_list names, libraries, runs;                     /* materials in use; mtllib lines; pti_obj_run */
+    pti_obj_name material;                               /* of the faces that follow; at NULL: of the last run still */
+    uint32_t *table;                                     /* finds them: open addressing, number + 1 */
+    size_t table_size;                                   /* a power of two */
+    int has_uv, has_normal;
+} pti_obj;
+
 /* Indices are 32 bits, and their last value has a meaning of its own. */
-static int pti_obj_room(pti_obj *o, const pti_obj_list *l, size_t others) {
-    return l->count + others < UINT32_MAX - 1 ? 1 : pti_refuse(&o->in, "more than 4294967294 vertices");
+static int pti_obj_room(pti_obj *o, const pti_list *l, size_t others) {
+    return l->count + others < UINT32_MAX - 1 ? 1 : pti_refuse(&o->soup.in, "more than 4294967294 vertices");
 }
 static int pti_obj_read_vertex(pti_obj *o) {
-    pti_obj_float3 *v;
+    pti_float3 *v;
     pti_obj_first *first;
-    if (!pti_obj_room(o, &o->vertices, o->more.count)) return 0;
-    v = (pti_obj_float3 *)pti_obj_add(o, &o->vertices);
-    first = (pti_obj_first *)pti_obj_add(o, &o->firsts);
+    if (!pti_obj_room(o, &o->soup.vertices, o->more.count)) return 0;
+    v = (pti_float3 *)pti_soup_add(&o->soup, &o->soup.vertices);
+    first = (pti_obj_first *)pti_soup_add(&o->soup, &o->firsts);
     if (!v || !first) return 0;
     first->uv = PTI_OBJ_UNUSED;
-    return pti_obj_numbers(o, "v", v->x, 3, 3);
+    return pti_obj_numbers(&o->soup.in, "v", v->x, 3, 3);
 }
 static int pti_obj_read_uv(pti_obj *o) {
-    pti_obj_float2 *t;
+    pti_float2 *t;
     if (!pti_obj_room(o, &o->uvs, 0)) return 0;
-    t = (pti_obj_float2 *)pti_obj_add(o, &o->uvs);
-    return t && pti_obj_numbers(o, "vt", t->x, 1, 2);    /* v is 0 where it is missing: memory comes zeroed */
+    t = (pti_float2 *)pti_soup_add(&o->soup, &o->uvs);
+    return t && pti_obj_numbers(&o->soup.in, "vt", t->x, 1, 2);    /* v is 0 where it is missing: memory comes zeroed */
 }
 static int pti_obj_read_normal(pti_obj *o) {
-    pti_obj_float3 *n;
+    pti_float3 *n;
     if (!pti_obj_room(o, &o->normals, 0)) return 0;
-    n = (pti_obj_float3 *)pti_obj_add(o, &o->normals);
-    return n && pti_obj_numbers(o, "vn", n->x, 3, 3);
+    n = (pti_float3 *)pti_soup_add(&o->soup, &o->normals);
+    return n && pti_obj_numbers(&o->soup.in, "vn", n->x, 3, 3);
 }
 
 /* The number of the combination c among the further ones; it is added if it is new. */
@@ -6914,9 +7541,9 @@ static int pti_obj_table_grow(pti_obj *o) {              /* at most half full */
     size_t bigger = o->table_size ? o->table_size * 2 : 64, i;
     uint32_t *table;
     if (o->more.count < o->table_size / 2) return 1;
-    table = (uint32_t *)pti_alloc(&o->allocator, bigger, sizeof *table);
-    if (!table) return pti_obj_memory(o);
-    pti_free(&o->allocator, o->table, o->table_size, sizeof *table);
+    table = (uint32_t *)pti_alloc(&o->soup.allocator, bigger, sizeof *table);
+    if (!table) return pti_soup_memory(&o->soup);
+    pti_free(&o->soup.allocator, o->table, o->table_size, sizeof *table);
     o->table = table;
     o->table_size = bigger;
     for (i = 0; i < o->more.count; i++) table[pti_obj_slot(o, more + i)] = (uint32_t)(i + 1);
@@ -6928,8 +7555,8 @@ static int pti_obj_find(pti_obj *o, const pti_obj_corner *c, size_t *number) {
     if (!pti_obj_table_grow(o)) return 0;
     slot = pti_obj_slot(o, c);
     if (!o->table[slot]) {
-        if (!pti_obj_room(o, &o->more, o->vertices.count)) return 0;
-        added = (pti_obj_corner *)pti_obj_add(o, &o->more);
+        if (!pti_obj_room(o, &o->more, o->soup.vertices.count)) return 0;
+        added = (pti_obj_corner *)pti_soup_add(&o->soup, &o->more);
         if (!added) return 0;
         *added = *c;
         o->table[slot] = (uint32_t)o->more.count;
@@ -6950,92 +7577,16 @@ static int pti_obj_index(pti_obj *o, const pti_obj_corner *c, uint32_t *index) {
     return 1;
 }
 
-static int pti_obj_emit(pti_obj *o, uint32_t a, uint32_t b, uint32_t c) {
-    const pti_obj_point *p = (const pti_obj_point *)o->polygon.items;
-    pti_obj_triangle *t = (pti_obj_triangle *)pti_obj_add(o, &o->triangles);
-    if (!t) return 0;
-    t->i[0] = p[a].index;
-    t->i[1] = p[b].index;
-    t->i[2] = p[c].index;
-    return 1;
-}
-static int pti_obj_fan(pti_obj *o, uint32_t n) {
-    uint32_t i;
-    for (i = 2; i < n; i++) if (!pti_obj_emit(o, 0, i - 1, i)) return 0;
-    return 1;
-}
-/* Lays the polygon flat, counter-clockwise: along the axis that its normal is nearest to. Newell's normal, the sum of
-   p_i x p_(i+1), is right for concave and for slightly bent polygons too. */
-static void pti_obj_flatten(const pti_obj *o, pti_obj_point *p, uint32_t n) {
-    const pti_obj_float3 *v = (const pti_obj_float3 *)o->vertices.items;
-    double normal[3] = { 0, 0, 0 };
-    uint32_t i, j;
-    int k, axis = 0, x, y;
-    for (j = n - 1, i = 0; i < n; j = i++) {
-        const float *a = v[p[j].vertex].x, *b = v[p[i].vertex].x;
-        for (k = 0; k < 3; k++) {
-            x = (k + 1) % 3; y = (k + 2) % 3;
-            normal[k] += ((double)a[x] - (double)b[x]) * ((double)a[y] + (double)b[y]);
-        }
-    }
-    for (k = 1; k < 3; k++) if (normal[k] * normal[k] > normal[axis] * normal[axis]) axis = k;
-    x = (axis + (normal[axis] < 0 ? 2 : 1)) % 3;
-    y = 3 - axis - x;
-    for (i = 0; i < n; i++) { p[i].x = (double)v[p[i].vertex].x[x]; p[i].y = (double)v[p[i].vertex].x[y]; }
-}
-/* Twice the area of a b c, positive when counter-clockwise. */
-static double pti_obj_area(const pti_obj_point *a, const pti_obj_point *b, const pti_obj_point *c) {
-    return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
-}
-static int pti_obj_same(const pti_obj_point *a, const pti_obj_point *b) { return a->x == b->x && a->y == b->y; }
-/* Can the corner i be cut off? It must be convex, and no other corner may lie in the triangle. (One that coincides with
-   the triangle's own may: so holes are cut in, by a bridge that goes there and back.) */
-static int pti_obj_is_ear(const pti_obj_point *p, uint32_t i) {
-    const pti_obj_point *a = p + p[i].prev, *b = p + i, *c = p + p[i].next, *q;
-    if (!(pti_obj_area(a, b, c) > 0)) return 0;
-    for (q = p + c->next; q != a; q = p + q->next) {
-        if (pti_obj_area(a, b, q) < 0 || pti_obj_area(b, c, q) < 0 || pti_obj_area(c, a, q) < 0) continue;
-        if (!pti_obj_same(a, q) && !pti_obj_same(b, q) && !pti_obj_same(c, q)) return 0;
-    }
-    return 1;
-}
-/* Ear clipping (Meisters 1975; after each cut only the two neighbours are asked anew, so n^2 in all). Where there is no ear,
-   in a polygon that crosses itself or has no area, any corner goes. */
-static int pti_obj_clip(pti_obj *o, pti_obj_point *p, uint32_t n) {
-    uint32_t i, tries;
-    for (i = 0; i < n; i++) { p[i].prev = (i + n - 1) % n; p[i].next = (i + 1) % n; }
-    for (i = 0; i < n; i++) p[i].ear = pti_obj_is_ear(p, i);
-    for (i = 0; n > 3; n--) {
-        for (tries = 0; tries < n && !p[i].ear; tries++) i = p[i].next;
-        if (!pti_obj_emit(o, p[i].prev, i, p[i].next)) return 0;
-        p[p[i].prev].next = p[i].next;
-        p[p[i].next].prev = p[i].prev;
-        p[p[i].prev].ear = pti_obj_is_ear(p, p[i].prev);
-        p[p[i].next].ear = pti_obj_is_ear(p, p[i].next);
-        i = p[p[i].next].next;                           /* not the neighbour: that makes slivers */
-    }
-    return pti_obj_emit(o, p[i].prev, i, p[i].next);
-}
-/* A fan from corner 0 is right for convex polygons, and for all others that can be seen whole from there. */
-static int pti_obj_triangulate(pti_obj *o) {
-    pti_obj_point *p = (pti_obj_point *)o->polygon.items;
-    uint32_t n = (uint32_t)o->polygon.count, i;
-    if (n == 3 || n > 1024) return pti_obj_fan(o, n);
-    pti_obj_flatten(o, p, n);
-    for (i = 2; i < n; i++) if (pti_obj_area(p, p + i - 1, p + i) < 0) return pti_obj_clip(o, p, n);
-    return pti_obj_fan(o, n);
-}
-
 /* An index: from 1, or from the end if negative; of what is there so far. */
-static int pti_obj_read_index(pti_obj *o, const pti_obj_list *l, const char *what, uint32_t *index) {
-    pti_input *in = &o->in;
+static int pti_obj_read_index(pti_obj *o, const pti_list *l, const char *what, uint32_t *index) {
+    pti_input *in = &o->soup.in;
     const uint8_t *p = in->at, *word;
     uint64_t n = 0;
     int negative = p < in->end && *p == '-';
     if (p < in->end && (*p == '-' || *p == '+')) p++;
     word = p;
     for (; p < in->end && pti_is_digit(*p); p++) if (n < 1000000000000u) n = n * 10 + (uint64_t)(*p - '0');
-    if (p == word) return pti_obj_refuse_word(o, in->at, "is not an index");
+    if (p == word) return pti_obj_refuse_word(&o->soup.in, in->at, "is not an index");
     if (n == 0) return pti_refuse(in, "face refers to %s 0, but they count from 1", what);
     if (n > l->count)
         return pti_refuse(in, "face refers to %s %s%u, but there are %u so far", what, negative ? "-" : "", n,
@@ -7045,40 +7596,66 @@ static int pti_obj_read_index(pti_obj *o, const pti_obj_list *l, const char *wha
     return 1;
 }
 /* v, v/t, v//n, v/t/n. Nothing behind a slash is nothing: some programs write 1// */
-static int pti_obj_read_part(pti_obj *o, const pti_obj_list *l, const char *what, uint32_t *index) {
-    if (pti_peek(&o->in) != '/') return 1;
-    o->in.at++;
-    return pti_peek(&o->in) == '/' || pti_obj_at_gap(&o->in) || pti_obj_read_index(o, l, what, index);
+static int pti_obj_read_part(pti_obj *o, const pti_list *l, const char *what, uint32_t *index) {
+    if (pti_peek(&o->soup.in) != '/') return 1;
+    o->soup.in.at++;
+    return pti_peek(&o->soup.in) == '/' || pti_obj_at_gap(&o->soup.in) || pti_obj_read_index(o, l, what, index);
 }
 static int pti_obj_read_corner(pti_obj *o, pti_obj_corner *c) {
-    pti_input *in = &o->in;
+    pti_input *in = &o->soup.in;
     const uint8_t *word = in->at;
     c->uv = c->normal = 0;
-    if (!pti_obj_read_index(o, &o->vertices, "vertex", &c->vertex)) return 0;
+    if (!pti_obj_read_index(o, &o->soup.vertices, "vertex", &c->vertex)) return 0;
     if (!pti_obj_read_part(o, &o->uvs, "texture coordinate", &c->uv)) return 0;
     if (!pti_obj_read_part(o, &o->normals, "normal", &c->normal)) return 0;
     o->has_uv |= c->uv != 0;
     o->has_normal |= c->normal != 0;
-    return pti_obj_at_gap(in) ? 1 : pti_obj_refuse_word(o, word, "is not a corner: v, v/vt, v//vn or v/vt/vn");
+    return pti_obj_at_gap(in) ? 1 : pti_obj_refuse_word(&o->soup.in, word, "is not a corner: v, v/vt, v//vn or v/vt/vn");
+}
+/* The material that was named last is in use from here on. */
+static int pti_obj_use_material(pti_obj *o) {
+    const pti_obj_name *names = (const pti_obj_name *)o->names.items, *n = &o->material;
+    pti_obj_name *added;
+    pti_obj_run *run;
+    size_t i;
+    for (i = 0; i < o->names.count; i++)
+        if (names[i].hash == n->hash && names[i].size == n->size && !memcmp(names[i].at, n->at, n->size)) break;
+    if (i == o->names.count) {
+        added = (pti_obj_name *)pti_soup_add(&o->soup, &o->names);
+        if (!added) return 0;
+        *added = *n;
+    }
+    run = (pti_obj_run *)pti_soup_add(&o->soup, &o->runs);
+    if (!run) return 0;
+    run->first = o->soup.triangles.count;
+    run->name = (uint32_t)i;
+    o->material.at = NULL;
+    return 1;
+}
+static int pti_obj_add_library(pti_obj *o) {
+    pti_obj_name *n = (pti_obj_name *)pti_soup_add(&o->soup, &o->libraries);
+    if (n) *n = pti_obj_rest(&o->soup.in, 1);
+    return n != NULL;
 }
 static int pti_obj_read_face(pti_obj *o) {
     pti_obj_corner c;
-    pti_obj_point *p;
-    o->polygon.count = 0;
+    pti_soup_point *p;
+    if (o->material.at && !pti_obj_use_material(o)) return 0;
+    o->soup.polygon.count = 0;
     for (;;) {
-        pti_obj_skip_blanks(&o->in);
-        if (pti_obj_at_end(&o->in)) break;
+        pti_obj_skip_blanks(&o->soup.in);
+        if (pti_obj_at_end(&o->soup.in)) break;
         if (!pti_obj_read_corner(o, &c)) return 0;
-        p = (pti_obj_point *)pti_obj_add(o, &o->polygon);
+        p = (pti_soup_point *)pti_soup_add(&o->soup, &o->soup.polygon);
         if (!p || !pti_obj_index(o, &c, &p->index)) return 0;
         p->vertex = c.vertex - 1;
     }
-    if (o->polygon.count >= 3) return pti_obj_triangulate(o);
-    return pti_refuse(&o->in, "a face needs three corners, this has %u", (uint64_t)o->polygon.count);
+    if (o->soup.polygon.count >= 3) return pti_soup_triangulate(&o->soup);
+    return pti_refuse(&o->soup.in, "a face needs three corners, this has %u", (uint64_t)o->soup.polygon.count);
 }
 
 static int pti_obj_read_statement(pti_obj *o) {
-    pti_input *in = &o->in;
+    pti_input *in = &o->soup.in;
     int ok = 1;
     pti_obj_skip_blanks(in);
     switch (pti_peek(in)) {
@@ -7090,21 +7667,20 @@ static int pti_obj_read_statement(pti_obj *o) {
     case 'f':
         if (pti_obj_is(in, "f", 1)) ok = pti_obj_read_face(o);
         break;
+    case 'u':
+        if (pti_obj_is(in, "usemtl", 6)) o->material = pti_obj_rest(in, 0);
+        break;
+    case 'm':
+        if (pti_obj_is(in, "mtllib", 6)) ok = pti_obj_add_library(o);
+        break;
     default: break;
     }
     if (ok) pti_obj_skip_line(in);
     return ok;
 }
-static int pti_obj_reserve_list(pti_obj *o, pti_obj_list *l, size_t count) {
-    if (!count) return 1;
-    l->items = pti_alloc(&o->allocator, count, l->size);
-    if (!l->items) return pti_obj_memory(o);
-    l->capacity = count;
-    return 1;
-}
 /* Counts lines by how they begin, without a look at what they hold: a hint only. */
 static int pti_obj_reserve(pti_obj *o) {
-    const uint8_t *p = o->in.at, *end = o->in.end;
+    const uint8_t *p = o->soup.in.at, *end = o->soup.in.end;
     size_t vertices = 0, uvs = 0, normals = 0, faces = 0;
     while (end - p > 1) {
         faces += *p == 'f';
@@ -7115,39 +7691,22 @@ static int pti_obj_reserve(pti_obj *o) {
         if (!p) break;
         p++;
     }
-    return pti_obj_reserve_list(o, &o->vertices, vertices) && pti_obj_reserve_list(o, &o->firsts, vertices) &&
-           pti_obj_reserve_list(o, &o->uvs, uvs) && pti_obj_reserve_list(o, &o->normals, normals) &&
-           pti_obj_reserve_list(o, &o->triangles, faces);
+    return pti_soup_reserve(&o->soup, &o->soup.vertices, vertices) && pti_soup_reserve(&o->soup, &o->firsts, vertices)
+        && pti_soup_reserve(&o->soup, &o->uvs, uvs) && pti_soup_reserve(&o->soup, &o->normals, normals)
+        && pti_soup_reserve(&o->soup, &o->soup.triangles, faces);
 }
 static int pti_obj_read_text(pti_obj *o) {
-    pti_input *in = &o->in;
-    const uint8_t *p = in->at;
-    if (pti_input_left(in) >= 2 && ((p[0] == 0xff && p[1] == 0xfe) || (p[0] == 0xfe && p[1] == 0xff) || !p[0] || !p[1]))
-        return pti_refuse(in, "this is UTF-16 text or no text at all: OBJ is ASCII or UTF-8");
-    if (pti_input_left(in) >= 3 && p[0] == 0xef && p[1] == 0xbb && p[2] == 0xbf) in->at += 3;
-    if (!pti_obj_reserve(o)) return 0;
+    pti_input *in = &o->soup.in;
+    if (!pti_obj_begin_text(in, "OBJ") || !pti_obj_reserve(o)) return 0;
+    o->material.at = in->at;                             /* of faces before the first usemtl: "" */
     while (in->at < in->end) if (!pti_obj_read_statement(o)) return 0;
-    return o->triangles.count ? 1 : pti_refuse(in, "no faces");
+    return o->soup.triangles.count ? 1 : pti_refuse(in, "no faces");
 }
 
-/* The arrays of the mesh have just the size that its counts tell, since that is how they are freed: here those of a list,
-   with room for others after its own. */
-static void *pti_obj_take(pti_obj *o, pti_obj_list *l, size_t others) {
-    size_t count = l->count + others;
-    void *p = l->items;
-    if (count != l->capacity) {
-        p = pti_alloc(&o->allocator, count, l->size);
-        if (!p) { pti_obj_memory(o); return NULL; }
-        memcpy(p, l->items, l->count * l->size);
-        pti_obj_drop(o, l);
-    }
-    l->items = NULL;                                     /* the count stays: it is still asked */
-    return p;
-}
 static int pti_obj_give_positions(pti_obj *o, pt_mesh *mesh) {
     const pti_obj_corner *more = (const pti_obj_corner *)o->more.items;
-    size_t n = o->vertices.count, i;
-    mesh->positions = (float *)pti_obj_take(o, &o->vertices, o->more.count);
+    size_t n = o->soup.vertices.count, i;
+    mesh->positions = (float *)pti_soup_take(&o->soup, &o->soup.vertices, o->more.count);
     mesh->vertex_count = n + o->more.count;
     if (!mesh->positions) return 0;
     for (i = n; i < mesh->vertex_count; i++)
@@ -7158,12 +7717,12 @@ static int pti_obj_give_positions(pti_obj *o, pt_mesh *mesh) {
 static int pti_obj_give_attributes(pti_obj *o, pt_mesh *mesh) {
     const pti_obj_first *first = (const pti_obj_first *)o->firsts.items;
     const pti_obj_corner *more = (const pti_obj_corner *)o->more.items;
-    const pti_obj_float2 *uvs = (const pti_obj_float2 *)o->uvs.items;
-    const pti_obj_float3 *normals = (const pti_obj_float3 *)o->normals.items;
+    const pti_float2 *uvs = (const pti_float2 *)o->uvs.items;
+    const pti_float3 *normals = (const pti_float3 *)o->normals.items;
     size_t n = mesh->vertex_count, i;
-    if (o->has_uv) mesh->uvs = (float *)pti_alloc(&o->allocator, n, sizeof *uvs);
-    if (o->has_normal) mesh->normals = (float *)pti_alloc(&o->allocator, n, sizeof *normals);
-    if ((o->has_uv && !mesh->uvs) || (o->has_normal && !mesh->normals)) return pti_obj_memory(o);
+    if (o->has_uv) mesh->uvs = (float *)pti_alloc(&o->soup.allocator, n, sizeof *uvs);
+    if (o->has_normal) mesh->normals = (float *)pti_alloc(&o->soup.allocator, n, sizeof *normals);
+    if ((o->has_uv && !mesh->uvs) || (o->has_normal && !mesh->normals)) return pti_soup_memory(&o->soup);
     if (!o->has_uv && !o->has_normal) return 1;
     for (i = 0; i < n; i++) {
         size_t k = i - o->firsts.count;
@@ -7175,11 +7734,11 @@ static int pti_obj_give_attributes(pti_obj *o, pt_mesh *mesh) {
     return 1;
 }
 static int pti_obj_give_indices(pti_obj *o, pt_mesh *mesh) {
-    uint32_t n = (uint32_t)o->vertices.count, *p = (uint32_t *)pti_obj_take(o, &o->triangles, 0);
+    uint32_t n = (uint32_t)o->soup.vertices.count, *p = (uint32_t *)pti_soup_take(&o->soup, &o->soup.triangles, 0);
     size_t i;
     if (!p) return 0;
     mesh->indices = p;
-    mesh->index_count = o->triangles.count * 3;
+    mesh->index_count = o->soup.triangles.count * 3;
     for (i = 0; i < mesh->index_count && o->more.count; i++) if (p[i] >= n) p[i] = n + (UINT32_MAX - p[i]);
     return 1;
 }
@@ -7196,73 +7755,758 @@ static void pti_obj_give_bounds(const pti_obj *o, pt_mesh *mesh) {
     }
 }
 
-PT_DEF void pt_mesh_free(pt_mesh *mesh) {
-    pt_allocator a;
-    if (!mesh) return;
-    a = pti_allocator_or_default(mesh->allocator);
-    pti_free(&a, mesh->positions, mesh->vertex_count, 3 * sizeof(float));
-    pti_free(&a, mesh->normals, mesh->vertex_count, 3 * sizeof(float));
-    pti_free(&a, mesh->uvs, mesh->vertex_count, 2 * sizeof(float));
-    pti_free(&a, mesh->indices, mesh->index_count / 3, 3 * sizeof(uint32_t));
-    mesh->positions = mesh->normals = mesh->uvs = NULL;
-    mesh->indices = NULL;
-    mesh->vertex_count = mesh->index_count = 0;
-    mesh->lo = mesh->hi = pt_v3(0, 0, 0);
+/* Grey, until a library says more. */
+static int pti_obj_give_materials(pti_obj *o, pt_mesh *mesh) {
+    const pti_obj_name *names = (const pti_obj_name *)o->names.items;
+    const pti_obj_run *run = (const pti_obj_run *)o->runs.items;
+    size_t i, r = 0, n = o->names.count;
+    if (n == 1 && names[0].size == 0) return 1;
+    mesh->materials = (pt_mtl *)pti_alloc(&o->soup.allocator, n, sizeof *mesh->materials);
+    if (!mesh->materials) return pti_soup_memory(&o->soup);
+    mesh->material_count = n;
+    for (i = 0; i < n; i++) {
+        mesh->materials[i].desc.color = pt_v3(0.5f, 0.5f, 0.5f);
+        mesh->materials[i].name = pti_string_of(&o->soup.allocator, names[i].at, names[i].size);
+        if (!mesh->materials[i].name) return pti_soup_memory(&o->soup);
+    }
+    if (n == 1) return 1;
+    mesh->material_ids = (uint32_t *)pti_alloc(&o->soup.allocator, o->soup.triangles.count, sizeof *mesh->material_ids);
+    if (!mesh->material_ids) return pti_soup_memory(&o->soup);
+    for (i = 0; i < o->soup.triangles.count; i++) {
+        while (r + 1 < o->runs.count && run[r + 1].first <= i) r++;
+        mesh->material_ids[i] = run[r].name;
+    }
+    return 1;
 }
+
+#ifndef PT_NO_STDIO
+static pt_result pti_mtl_open(const pti_obj *o, pt_mesh *mesh, const char *path, const uint8_t *name, size_t size) {
+    const pt_allocator *a = &o->soup.allocator;
+    const char *file = pti_path_join(a, path, name, size);
+    char refused[256];
+    pti_file f;
+    pt_result r;
+    if (!file) return pti_report(mesh->error, PT_ERR_MEMORY, path, "out of memory");
+    r = pti_file_read(a, file, refused, &f);
+    if (r == PT_OK) {
+        r = pti_mtl_read(mesh, file, file, f.data, f.size);
+        pti_file_free(a, &f);
+    } else if (r == PT_ERR_MEMORY) pti_report(mesh->error, r, path, "out of memory");
+    pti_string_free(a, file);
+    return r;
+}
+/* As it is named; or, from somebody else's machine, beside the OBJ file without its folder. PT_ERR_IO: nowhere. */
+static pt_result pti_mtl_find(const pti_obj *o, pt_mesh *mesh, const char *path, const uint8_t *name, size_t size) {
+    pt_result r = pti_mtl_open(o, mesh, path, name, size);
+    size_t i = size;
+    while (i > 0 && name[i - 1] != '/' && name[i - 1] != '\\') i--;
+    return r == PT_ERR_IO && i ? pti_mtl_open(o, mesh, path, name + i, size - i) : r;
+}
+static void pti_mtl_warn_missing(const pti_obj *o, pt_mesh *mesh, uint64_t line, const char *format, const uint8_t *name,
+                                 size_t size) {
+    char warning[256], shown[64];
+    pti_input in = o->soup.in;
+    size_t i;
+    for (i = 0; i < size && i < sizeof shown - 1; i++) shown[i] = (char)name[i];
+    shown[i] = 0;
+    in.line = line;
+    in.error = warning;
+    pti_refuse(&in, format, shown);
+    pti_mesh_warn(mesh, warning);
+}
+/* One name with blanks, or several names. */
+static pt_result pti_obj_read_library(const pti_obj *o, pt_mesh *mesh, const char *path, const pti_obj_name *n) {
+    pt_result r = pti_mtl_find(o, mesh, path, n->at, n->size);
+    size_t begin, end;
+    if (r != PT_ERR_IO) return r;
+    for (begin = 0; begin < n->size; begin = end) {
+        while (begin < n->size && n->at[begin] <= ' ') begin++;
+        for (end = begin; end < n->size && n->at[end] > ' '; ) end++;
+        if (end - begin < n->size) r = pti_mtl_find(o, mesh, path, n->at + begin, end - begin);
+        if (r == PT_ERR_IO)
+            pti_mtl_warn_missing(o, mesh, n->line, "cannot open %s: its materials are grey", n->at + begin, end - begin);
+        else if (r != PT_OK) return r;
+    }
+    return PT_OK;
+}
+static pt_result pti_obj_read_libraries(const pti_obj *o, pt_mesh *mesh, const char *path) {
+    const pti_obj_name *n = (const pti_obj_name *)o->libraries.items;
+    size_t i;
+    pt_result r = PT_OK;
+    for (i = 0; i < o->libraries.count && r == PT_OK; i++) if (n[i].size) r = pti_obj_read_library(o, mesh, path, n + i);
+    n = (const pti_obj_name *)o->names.items;
+    for (i = 0; o->libraries.count && i < mesh->material_count; i++)
+        if (!mesh->materials[i].defined && n[i].size)
+            pti_mtl_warn_missing(o, mesh, n[i].line, "no library defines %s: it is grey", n[i].at, n[i].size);
+    return r;
+}
+#endif
+
 static void pti_obj_free(pti_obj *o) {
-    pti_obj_drop(o, &o->vertices);
-    pti_obj_drop(o, &o->firsts);
-    pti_obj_drop(o, &o->uvs);
-    pti_obj_drop(o, &o->normals);
-    pti_obj_drop(o, &o->triangles);
-    pti_obj_drop(o, &o->polygon);
-    pti_obj_drop(o, &o->more);
-    pti_free(&o->allocator, o->table, o->table_size, sizeof *o->table);
+    pti_soup_free(&o->soup);
+    pti_soup_drop(&o->soup, &o->firsts);
+    pti_soup_drop(&o->soup, &o->uvs);
+    pti_soup_drop(&o->soup, &o->normals);
+    pti_soup_drop(&o->soup, &o->more);
+    pti_soup_drop(&o->soup, &o->names);
+    pti_soup_drop(&o->soup, &o->libraries);
+    pti_soup_drop(&o->soup, &o->runs);
+    pti_free(&o->soup.allocator, o->table, o->table_size, sizeof *o->table);
 }
-static pt_result pti_read_obj(pt_mesh *out, const char *name, const void *data, size_t size) {
-    pti_fpmode mode = pti_fpmode_enter();
+static pt_result pti_read_obj(pt_mesh *out, const char *path, pti_input in) {      /* path: NULL in memory */
     pti_obj o;
     memset(&o, 0, sizeof o);
-    o.in = pti_input_of(name, data, size, out->error);
-    o.allocator = pti_allocator_or_default(out->allocator);
-    o.result = PT_ERR_FORMAT;                            /* unless it turns out otherwise */
-    o.vertices.size = o.normals.size = sizeof(pti_obj_float3);
-    o.uvs.size = sizeof(pti_obj_float2);
-    o.firsts.size = sizeof(pti_obj_first);
-    o.triangles.size = sizeof(pti_obj_triangle);
-    o.polygon.size = sizeof(pti_obj_point);
-    o.more.size = sizeof(pti_obj_corner);
-    if (pti_obj_read_text(&o) && pti_obj_give_positions(&o, out) && pti_obj_give_attributes(&o, out) &&
-        pti_obj_give_indices(&o, out)) {
+    o.soup = pti_soup_of(out, in);
+    o.firsts = pti_list_of(sizeof(pti_obj_first));
+    o.uvs = pti_list_of(sizeof(pti_float2));
+    o.normals = pti_list_of(sizeof(pti_float3));
+    o.more = pti_list_of(sizeof(pti_obj_corner));
+    o.names = o.libraries = pti_list_of(sizeof(pti_obj_name));
+    o.runs = pti_list_of(sizeof(pti_obj_run));
+    if (pti_obj_read_text(&o) && pti_obj_give_positions(&o, out) && pti_obj_give_attributes(&o, out)
+        && pti_obj_give_indices(&o, out) && pti_obj_give_materials(&o, out)) {
         pti_obj_give_bounds(&o, out);
-        o.result = PT_OK;
-    } else pt_mesh_free(out);
+        o.soup.result = PT_OK;
+#ifndef PT_NO_STDIO
+        if (path) o.soup.result = pti_obj_read_libraries(&o, out, path);
+#endif
+    }
+    (void)path;
     pti_obj_free(&o);
-    pti_fpmode_leave(mode);
-    return o.result;
+    return o.soup.result;
 }
-PT_DEF pt_result pt_read_obj_memory(pt_mesh *out, const void *data, size_t size) {
+
+/* PLY (Turk, "The PLY Polygon File Format", 1994): a header in words, "element vertex 8", "property list uchar int
+   vertex_indices", tells what the rows are made of, which follow as text, one a line, or as bytes in either order. Of
+   vertices x y z, nx ny nz and s t (or u v, texture_u texture_v, texture_s texture_t) are used, of faces and tristrips the
+   list vertex_indices (or vertex_index); all else is stepped over. */
+
+typedef enum pti_ply_type {
+    PTI_PLY_I8, PTI_PLY_U8, PTI_PLY_I16, PTI_PLY_U16, PTI_PLY_I32, PTI_PLY_U32, PTI_PLY_F32, PTI_PLY_F64, PTI_PLY_NONE
+} pti_ply_type;
+static const int pti_ply_size[8] = { 1, 1, 2, 2, 4, 4, 4, 8 };
+typedef enum pti_ply_kind { PTI_PLY_OTHER, PTI_PLY_VERTEX, PTI_PLY_FACE, PTI_PLY_STRIP } pti_ply_kind;
+typedef enum pti_ply_use { PTI_PLY_X, PTI_PLY_NX = 3, PTI_PLY_S = 6, PTI_PLY_INDICES = 8, PTI_PLY_UNUSED } pti_ply_use;
+typedef struct pti_ply_property { int type, count_type, use; } pti_ply_property;      /* count_type: of a list, else NONE */
+typedef struct pti_ply_element {
+    pti_ply_kind kind;
+    uint64_t count;
+    size_t first, end;                                   /* its properties */
+    unsigned has;                                        /* bits by use */
+} pti_ply_element;
+typedef struct pti_ply {
+    pti_soup soup;
+    pt_mesh *mesh;
+    pti_list elements, properties;
+    int binary, big_endian, crlf;
+    float value[PTI_PLY_UNUSED];                         /* of the row at hand, by use */
+} pti_ply;
+#define PTI_PLY_HAS(first, n) (((1u << (n)) - 1) << (first))
+
+/* The header. */
+/* The next word, a long one cut. Its length, 0 at the end of the line. */
+static size_t pti_ply_word(pti_input *in, char word[40]) {
+    size_t n = 0, all = 0;
+    while (in->at < in->end && (*in->at == ' ' || *in->at == '\t')) in->at++;
+    for (; in->at < in->end && *in->at > ' '; in->at++, all++) if (n < 39) word[n++] = *in->at < 127 ? (char)*in->at : '?';
+    word[n] = 0;
+    return all;
+}
+static int pti_ply_type_of(const char *word) {
+    static const char *const names[16] = { "char", "int8", "uchar", "uint8", "short", "int16", "ushort", "uint16",
+        "int", "int32", "uint", "uint32", "float", "float32", "double", "float64" };
+    int i;
+    for (i = 0; i < 16; i++) if (!strcmp(word, names[i])) return i / 2;
+    return PTI_PLY_NONE;
+}
+static int pti_ply_use_of(pti_ply_kind kind, int is_list, const char *word) {
+    static const struct { const char *word; int use; } names[] = { { "x", PTI_PLY_X }, { "y", PTI_PLY_X + 1 },
+        { "z", PTI_PLY_X + 2 }, { "nx", PTI_PLY_NX }, { "ny", PTI_PLY_NX + 1 }, { "nz", PTI_PLY_NX + 2 }, { "s", PTI_PLY_S },
+        { "t", PTI_PLY_S + 1 }, { "u", PTI_PLY_S }, { "v", PTI_PLY_S + 1 }, { "texture_u", PTI_PLY_S },
+        { "texture_v", PTI_PLY_S + 1 }, { "texture_s", PTI_PLY_S }, { "texture_t", PTI_PLY_S + 1 } };
+    int indices = !strcmp(word, "vertex_indices") || !strcmp(word, "vertex_index");
+    size_t i;
+    if (kind == PTI_PLY_FACE || kind == PTI_PLY_STRIP) return is_list && indices ? PTI_PLY_INDICES : PTI_PLY_UNUSED;
+    if (kind == PTI_PLY_VERTEX && !is_list)
+        for (i = 0; i < sizeof names / sizeof names[0]; i++) if (!strcmp(word, names[i].word)) return names[i].use;
+    return PTI_PLY_UNUSED;
+}
+static int pti_ply_read_format(pti_ply *p) {
+    char word[40];
+    pti_ply_word(&p->soup.in, word);
+    p->binary = strcmp(word, "ascii") != 0;
+    p->big_endian = !strcmp(word, "binary_big_endian");
+    if (!p->binary || p->big_endian || !strcmp(word, "binary_little_endian")) return 1;
+    return pti_refuse(&p->soup.in, "\"%s\" is no format: ascii, binary_little_endian or binary_big_endian", word);
+}
+static int pti_ply_read_element(pti_ply *p) {
+    pti_ply_element *e = (pti_ply_element *)pti_soup_add(&p->soup, &p->elements), *all;
+    pti_input *in = &p->soup.in;
+    char word[40];
+    size_t i;
+    if (!e) return 0;
+    e->first = e->end = p->properties.count;
+    pti_ply_word(in, word);
+    e->kind = !strcmp(word, "vertex") ? PTI_PLY_VERTEX : !strcmp(word, "face") ? PTI_PLY_FACE
+            : !strcmp(word, "tristrips") ? PTI_PLY_STRIP : PTI_PLY_OTHER;
+    all = (pti_ply_element *)p->elements.items;
+    for (i = 0; all + i < e; i++)
+        if (e->kind != PTI_PLY_OTHER && all[i].kind == e->kind) return pti_refuse(in, "a second element %s", word);
+    if (!pti_ply_word(in, word)) return pti_refuse(in, "an element without a count");
+    for (i = 0; word[i]; i++) {
+        if (!pti_is_digit((unsigned char)word[i]) || i > 17) return pti_refuse(in, "\"%s\" is no count", word);
+        e->count = e->count * 10 + (uint64_t)(word[i] - '0');
+    }
+    return 1;
+}
+static int pti_ply_read_property(pti_ply *p) {
+    pti_ply_property *q;
+    pti_ply_element *e;
+    pti_input *in = &p->soup.in;
+    char word[40];
+    if (!p->elements.count) return pti_refuse(in, "a property of no element");
+    e = (pti_ply_element *)p->elements.items + (p->elements.count - 1);
+    q = (pti_ply_property *)pti_soup_add(&p->soup, &p->properties);
+    if (!q) return 0;
+    e->end = p->properties.count;
+    pti_ply_word(in, word);
+    q->count_type = PTI_PLY_NONE;
+    if (!strcmp(word, "list")) {
+        pti_ply_word(in, word);
+        q->count_type = pti_ply_type_of(word);
+        if (q->count_type >= PTI_PLY_F32) return pti_refuse(in, "\"%s\" is no type of a list's count", word);
+        pti_ply_word(in, word);
+    }
+    q->type = pti_ply_type_of(word);
+    if (q->type == PTI_PLY_NONE) return pti_refuse(in, "\"%s\" is no type of a property", word);
+    pti_ply_word(in, word);
+    q->use = pti_ply_use_of(e->kind, q->count_type != PTI_PLY_NONE, word);
+    if (q->use < PTI_PLY_UNUSED && e->has >> q->use & 1) q->use = PTI_PLY_UNUSED;      /* a second one */
+    if (q->use < PTI_PLY_UNUSED) e->has |= 1u << q->use;
+    return 1;
+}
+static int pti_ply_check_header(pti_ply *p, int has_format) {
+    const pti_ply_element *e = (const pti_ply_element *)p->elements.items;
+    size_t i;
+    int vertices = 0, faces = 0;
+    if (!has_format) return pti_refuse(&p->soup.in, "the header tells no format");
+    for (i = 0; i < p->elements.count; i++) {
+        vertices |= e[i].kind == PTI_PLY_VERTEX && (e[i].has & PTI_PLY_HAS(PTI_PLY_X, 3)) == PTI_PLY_HAS(PTI_PLY_X, 3);
+        faces |= e[i].count > 0 && (e[i].has >> PTI_PLY_INDICES & 1);
+    }
+    if (!vertices) return pti_refuse(&p->soup.in, "no vertices with x, y and z");
+    return faces ? 1 : pti_refuse(&p->soup.in, "no faces");
+}
+static int pti_ply_skip_unknown(pti_ply *p, const char *word) {  /* some programs forget the word comment */
+    char warning[256];
+    pti_input in = p->soup.in;
+    in.error = warning;
+    pti_refuse(&in, "\"%s\" is no word of a header: the line is skipped", word);
+    pti_mesh_warn(p->mesh, warning);
+    return 1;
+}
+static int pti_ply_read_header(pti_ply *p) {
+    pti_input *in = &p->soup.in;
+    char word[40];
+    int ok = 1, format = 0;
+    pti_ply_word(in, word);
+    if (strcmp(word, "ply")) return pti_refuse(in, "\"%s\" is not ply", word);
+    p->crlf = pti_input_left(in) > 1 && in->at[0] == '\r' && in->at[1] == '\n';
+    while (ok) {
+        pti_obj_skip_line(in);
+        if (in->at == in->end) return pti_refuse(in, "the file ends within its header");
+        if (!pti_ply_word(in, word) || !strcmp(word, "comment") || !strcmp(word, "obj_info")) continue;
+        if (!strcmp(word, "end_header")) break;
+        if (!strcmp(word, "format")) { ok = pti_ply_read_format(p); format = 1; }
+        else if (!strcmp(word, "element")) ok = pti_ply_read_element(p);
+        else if (!strcmp(word, "property")) ok = pti_ply_read_property(p);
+        else ok = pti_ply_skip_unknown(p, word);
+    }
+    return ok && pti_ply_check_header(p, format);
+}
+/* Behind the header's last line: a CR alone ends it only where it ended the first, since what follows may be any byte. */
+static void pti_ply_begin_rows(pti_ply *p) {
+    pti_input *in = &p->soup.in;
+    while (in->at < in->end && !pti_is_line_end(*in->at)) in->at++;
+    if (!p->binary) { if (in->at < in->end) pti_obj_skip_line_end(in); return; }
+    if (pti_peek(in) == '\r' && p->crlf) in->at++;
+    if (in->at < in->end) in->at++;
+    in->line = 0;
+}
+
+/* The rows. */
+static const char *pti_ply_name(pti_ply_kind kind) {
+    return kind == PTI_PLY_VERTEX ? "vertex" : kind == PTI_PLY_FACE ? "face" : kind == PTI_PLY_STRIP ? "strip" : "row";
+}
+static double pti_ply_number(const uint8_t *p, int type, int big_endian) {
+    int n = pti_ply_size[type], i;
+    uint64_t bits = 0;
+    uint32_t half;
+    double d;
+    float f;
+    for (i = 0; i < n; i++) bits = bits << 8 | p[big_endian ? i : n - 1 - i];
+    switch (type) {
+    case PTI_PLY_F32: half = (uint32_t)bits; memcpy(&f, &half, sizeof f); return (double)f;
+    case PTI_PLY_F64: memcpy(&d, &bits, sizeof d); return d;
+    case PTI_PLY_I8: case PTI_PLY_I16: case PTI_PLY_I32:
+        return (double)bits - (bits >> (8 * n - 1) ? (double)((uint64_t)1 << 8 * n) : 0);
+    default: return (double)bits;
+    }
+}
+static int pti_ply_read_scalar(pti_ply *p, int type, double *x) {
+    pti_input *in = &p->soup.in;
+    const uint8_t *word;
+    if (p->binary) {
+        if (pti_input_left(in) < (size_t)pti_ply_size[type]) return pti_refuse(in, "the file ends within a row");
+        *x = pti_ply_number(in->at, type, p->big_endian);
+        in->at += pti_ply_size[type];
+        return 1;
+    }
+    while (in->at < in->end && (*in->at == ' ' || *in->at == '\t')) in->at++;
+    word = in->at;
+    if (in->at == in->end || pti_is_line_end(*in->at)) return pti_refuse(in, "the row ends too early");
+    return pti_parse_number(in, x) && pti_obj_at_gap(in) ? 1 : pti_obj_refuse_word(in, word, "is not a number");
+}
+static int pti_ply_is_below(double x, double end) {      /* a whole number, from 0 */
+    return x >= 0 && x < end && (double)(uint64_t)x == x;
+}
+static int pti_ply_read_list(pti_ply *p, const pti_ply_property *q) {     /* into the polygon, or nowhere */
+    pti_input *in = &p->soup.in;
+    size_t left = pti_input_left(in), least = p->binary ? (size_t)pti_ply_size[q->type] : 2, i, n;
+    double count, x;
+    if (!pti_ply_read_scalar(p, q->count_type, &count)) return 0;
+    if (!pti_ply_is_below(count, (double)(left / least) + 1))
+        return pti_refuse(in, "a list of %g does not fit into the file", count);
+    n = (size_t)count;
+    if (p->binary && q->use == PTI_PLY_UNUSED && pti_input_left(in) >= n * least) { in->at += n * least; return 1; }
+    for (i = 0; i < n; i++) {
+        pti_soup_point *point;
+        if (!pti_ply_read_scalar(p, q->type, &x)) return 0;
+        if (q->use == PTI_PLY_UNUSED) continue;
+        point = (pti_soup_point *)pti_soup_add(&p->soup, &p->soup.polygon);
+        if (!point) return 0;
+        point->index = pti_ply_is_below(x, (double)p->soup.vertices.count) ? (uint32_t)x : UINT32_MAX;
+        point->vertex = point->index;
+        point->x = x;
+    }
+    return 1;
+}
+static int pti_ply_read_row(pti_ply *p, const pti_ply_element *e) {
+    const pti_ply_property *q = (const pti_ply_property *)p->properties.items + e->first;
+    const pti_ply_property *end = (const pti_ply_property *)p->properties.items + e->end;
+    pti_input *in = &p->soup.in;
+    double x;
+    while (!p->binary && in->at < in->end && *in->at <= ' ') {
+        if (pti_is_line_end(*in->at)) pti_obj_skip_line_end(in);
+        else in->at++;
+    }
+    p->soup.polygon.count = 0;
+    for (; q < end; q++) {
+        if (q->count_type != PTI_PLY_NONE) {
+            if (!pti_ply_read_list(p, q)) return 0;
+            continue;
+        }
+        if (!pti_ply_read_scalar(p, q->type, &x)) return 0;
+        if (q->use == PTI_PLY_UNUSED) continue;
+        if (!(x >= -(double)FLT_MAX && x <= (double)FLT_MAX)) return pti_refuse(in, "%g is no number for a vertex", x);
+        p->value[q->use] = (float)x;
+    }
+    if (!p->binary) while (in->at < in->end && !pti_is_line_end(*in->at)) in->at++;       /* what is too many on its line */
+    return 1;
+}
+static int pti_ply_put_vertex(pti_ply *p, size_t i) {
+    memcpy((pti_float3 *)p->soup.vertices.items + i, p->value + PTI_PLY_X, sizeof(pti_float3));
+    if (p->mesh->normals) memcpy(p->mesh->normals + 3 * i, p->value + PTI_PLY_NX, sizeof(pti_float3));
+    if (p->mesh->uvs) memcpy(p->mesh->uvs + 2 * i, p->value + PTI_PLY_S, sizeof(pti_float2));
+    p->soup.vertices.count = i + 1;
+    return 1;
+}
+static int pti_ply_refuse_index(const pti_ply *p, double x) {
+    return pti_refuse(&p->soup.in, "a face refers to vertex %g, but there are %u, from 0", x,
+                      (uint64_t)p->soup.vertices.count);
+}
+static int pti_ply_put_face(pti_ply *p) {
+    const pti_soup_point *c = (const pti_soup_point *)p->soup.polygon.items;
+    size_t i, n = p->soup.polygon.count;
+    for (i = 0; i < n; i++) if (c[i].index == UINT32_MAX) return pti_ply_refuse_index(p, c[i].x);
+    if (n < 3) return pti_refuse(&p->soup.in, "a face needs three corners, this has %u", (uint64_t)n);
+    return pti_soup_triangulate(&p->soup);
+}
+/* Each three neighbours are a triangle, every other one the other way round; -1 begins anew. */
+static int pti_ply_put_strip(pti_ply *p) {
+    const pti_soup_point *c = (const pti_soup_point *)p->soup.polygon.items;
+    uint32_t i, n = (uint32_t)p->soup.polygon.count, begin = 0;
+    for (i = 0; i < n; i++) {
+        uint32_t odd = (i - begin) % 2;
+        if (c[i].index == UINT32_MAX) {
+            if (c[i].x != -1) return pti_ply_refuse_index(p, c[i].x);
+            begin = i + 1;
+        } else if (i - begin >= 2 && !pti_soup_emit(&p->soup, i - 2 + odd, i - 1 - odd, i)) return 0;
+    }
+    return 1;
+}
+/* Do so many rows fit into what is left of the file, at their least? */
+static int pti_ply_check_size(pti_ply *p, const pti_ply_element *e) {
+    const pti_ply_property *q = (const pti_ply_property *)p->properties.items;
+    size_t row = 0, i, left = pti_input_left(&p->soup.in);
+    for (i = e->first; i < e->end; i++)
+        row += p->binary ? (size_t)pti_ply_size[q[i].count_type != PTI_PLY_NONE ? q[i].count_type : q[i].type] : 2;
+    if (e->count <= (left + !p->binary) / row && e->count < UINT32_MAX - 1) return 1;
+    return pti_refuse(&p->soup.in, "element %s should have %u rows, but the file is too short", pti_ply_name(e->kind),
+                      e->count);
+}
+static int pti_ply_reserve(pti_ply *p, const pti_ply_element *e) {
+    pt_mesh *m = p->mesh;
+    size_t n = (size_t)e->count;
+    if (e->kind == PTI_PLY_FACE) return p->soup.triangles.capacity || pti_soup_reserve(&p->soup, &p->soup.triangles, n);
+    if (e->kind != PTI_PLY_VERTEX) return 1;
+    if (!pti_soup_reserve(&p->soup, &p->soup.vertices, n)) return 0;
+    m->vertex_count = n;
+    if ((e->has & PTI_PLY_HAS(PTI_PLY_NX, 3)) == PTI_PLY_HAS(PTI_PLY_NX, 3)) {
+        m->normals = (float *)pti_alloc(&p->soup.allocator, n, sizeof(pti_float3));
+        if (!m->normals) return pti_soup_memory(&p->soup);
+    }
+    if ((e->has & PTI_PLY_HAS(PTI_PLY_S, 2)) == PTI_PLY_HAS(PTI_PLY_S, 2)) {
+        m->uvs = (float *)pti_alloc(&p->soup.allocator, n, sizeof(pti_float2));
+        if (!m->uvs) return pti_soup_memory(&p->soup);
+    }
+    return 1;
+}
+static int pti_ply_read_rows(pti_ply *p, const pti_ply_element *e) {
+    size_t i;
+    int ok = 1;
+    if (e->first == e->end) return 1;                    /* rows of nothing */
+    if (!pti_ply_check_size(p, e) || !pti_ply_reserve(p, e)) return 0;
+    for (i = 0; i < e->count && ok; i++) {
+        ok = pti_ply_read_row(p, e);
+        if (!ok) break;
+        switch (e->kind) {
+        case PTI_PLY_VERTEX: ok = pti_ply_put_vertex(p, i); break;
+        case PTI_PLY_FACE:   ok = !(e->has >> PTI_PLY_INDICES & 1) || pti_ply_put_face(p); break;
+        case PTI_PLY_STRIP:  ok = pti_ply_put_strip(p); break;
+        case PTI_PLY_OTHER:  break;
+        }
+    }
+    return ok;
+}
+static int pti_ply_read_body(pti_ply *p) {
+    const pti_ply_element *e = (const pti_ply_element *)p->elements.items;
+    size_t i;
+    pti_ply_begin_rows(p);
+    for (i = 0; i < p->elements.count; i++) if (!pti_ply_read_rows(p, e + i)) return 0;
+    return p->soup.triangles.count ? 1 : pti_refuse(&p->soup.in, "no faces");
+}
+static int pti_ply_give(pti_ply *p) {
+    pt_mesh *m = p->mesh;
+    size_t i;
+    m->lo = pt_v3(PTI_INF, PTI_INF, PTI_INF);
+    m->hi = pti_neg(m->lo);
+    m->positions = (float *)pti_soup_take(&p->soup, &p->soup.vertices, 0);
+    if (!m->positions) return 0;
+    m->indices = (uint32_t *)pti_soup_take(&p->soup, &p->soup.triangles, 0);
+    if (!m->indices) return 0;
+    m->index_count = 3 * p->soup.triangles.count;
+    for (i = 0; i < m->index_count; i++) {
+        m->lo = pti_min3(m->lo, pti_vec3_at(m->positions, m->indices[i]));
+        m->hi = pti_max3(m->hi, pti_vec3_at(m->positions, m->indices[i]));
+    }
+    return 1;
+}
+static pt_result pti_read_ply(pt_mesh *out, const char *path, pti_input in) {
+    pti_ply p;
+    (void)path;
+    memset(&p, 0, sizeof p);
+    p.mesh = out;
+    p.soup = pti_soup_of(out, in);
+    p.elements = pti_list_of(sizeof(pti_ply_element));
+    p.properties = pti_list_of(sizeof(pti_ply_property));
+    if (pti_ply_read_header(&p) && pti_ply_read_body(&p) && pti_ply_give(&p)) p.soup.result = PT_OK;
+    pti_soup_free(&p.soup);
+    pti_soup_drop(&p.soup, &p.elements);
+    pti_soup_drop(&p.soup, &p.properties);
+    return p.soup.result;
+}
+
+/* The doors. */
+typedef pt_result (*pti_mesh_reader)(pt_mesh *out, const char *path, pti_input in);
+static pt_result pti_read_any_mesh(pt_mesh *out, const char *path, pti_input in) {
+    int ply = pti_input_left(&in) >= 4 && !memcmp(in.at, "ply", 3) && in.at[3] <= ' ';
+    return ply ? pti_read_ply(out, path, in) : pti_read_obj(out, path, in);
+}
+static pt_result pti_read_mesh(pti_mesh_reader reader, pt_mesh *out, const char *path, const void *data, size_t size) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_result r = reader(out, path, pti_input_of(path ? path : "memory", data, size, out->error));
+    if (r != PT_OK) pt_mesh_free(out);
+    pti_fpmode_leave(mode);
+    return r;
+}
+static pt_result pti_read_mesh_memory(pti_mesh_reader reader, pt_mesh *out, const void *data, size_t size) {
     if (!out || (!data && size)) return PT_ERR_ARG;
     pt_mesh_free(out);
-    out->error[0] = 0;
-    return pti_read_obj(out, "memory", data, size);
+    out->error[0] = out->warning[0] = 0;
+    return pti_read_mesh(reader, out, NULL, data, size);
+}
+PT_DEF pt_result pt_read_obj_memory(pt_mesh *out, const void *data, size_t size) {
+    return pti_read_mesh_memory(pti_read_obj, out, data, size);
+}
+PT_DEF pt_result pt_read_ply_memory(pt_mesh *out, const void *data, size_t size) {
+    return pti_read_mesh_memory(pti_read_ply, out, data, size);
+}
+PT_DEF pt_result pt_read_mesh_memory(pt_mesh *out, const void *data, size_t size) {
+    return pti_read_mesh_memory(pti_read_any_mesh, out, data, size);
 }
 #ifndef PT_NO_STDIO
-PT_DEF pt_result pt_read_obj(pt_mesh *out, const char *path) {
+static pt_result pti_read_mesh_file(pti_mesh_reader reader, pt_mesh *out, const char *path) {
     pt_allocator a;
     pti_file f;
     pt_result r;
     if (!out || !path) return PT_ERR_ARG;
     pt_mesh_free(out);
-    out->error[0] = 0;
+    out->error[0] = out->warning[0] = 0;
     a = pti_allocator_or_default(out->allocator);
     r = pti_file_read(&a, path, out->error, &f);
     if (r != PT_OK) return r;
-    r = pti_read_obj(out, path, f.data, f.size);
+    r = pti_read_mesh(reader, out, path, f.data, f.size);
     pti_file_free(&a, &f);
     return r;
 }
+PT_DEF pt_result pt_read_obj(pt_mesh *out, const char *path) { return pti_read_mesh_file(pti_read_obj, out, path); }
+PT_DEF pt_result pt_read_ply(pt_mesh *out, const char *path) { return pti_read_mesh_file(pti_read_ply, out, path); }
+PT_DEF pt_result pt_read_mesh(pt_mesh *out, const char *path) { return pti_read_mesh_file(pti_read_any_mesh, out, path); }
 #endif
+
+/* Smooth normals: n = sum of angle_i n_i over the triangles i that meet at a point, normalized (Thuermer and Wuethrich
+   1998). Points are where positions are equal, whatever the other attributes. Of the corners that meet there, those hold
+   together whose triangles share an edge that is not sharp, and each such group has a normal of its own. */
+typedef struct pti_smooth_state {
+    pt_mesh *mesh;
+    pt_allocator allocator;
+    size_t corners;                                      /* three a triangle */
+    float cosine;                                        /* of the angle from which an edge is sharp */
+    uint32_t *table;                                     /* open addressing, number + 1 */
+    size_t table_size;                                   /* a power of two */
+    uint32_t *point;                                     /* by vertex: the first one at its position */
+    uint32_t *group;                                     /* by corner: another one of its group; the last is its own */
+    pt_vec3 *face;                                       /* by triangle: unit normal, or zero */
+    pt_vec3 *normal;                                     /* by corner: the sum, at the group's last one */
+    uint32_t *first;                                     /* by vertex: the list of those that it becomes, from 1 */
+    uint32_t *next, *owner, *origin;                     /* by new vertex, from 1: the list; its group + 1; what it was */
+    uint32_t *index;                                     /* by corner, new */
+    size_t count, most;                                  /* of new vertices */
+} pti_smooth_state;
+
+static size_t pti_smooth_hash(const pti_smooth_state *s, uint64_t a, uint64_t b) {
+    uint64_t h = (a * 0x9e3779b97f4a7c15u ^ b) * 0xd6e8feb86659fd93u;
+    return (size_t)(h ^ h >> 32) & (s->table_size - 1);
+}
+static void pti_smooth_find_points(pti_smooth_state *s) {
+    const float *p = s->mesh->positions;
+    size_t i, slot;
+    memset(s->table, 0, s->table_size * sizeof *s->table);
+    for (i = 0; i < s->mesh->vertex_count; i++) {
+        float x[3];
+        uint32_t bits[3];
+        int k;
+        for (k = 0; k < 3; k++) x[k] = p[3 * i + (size_t)k] + 0.0f;          /* -0 becomes 0 */
+        memcpy(bits, x, sizeof bits);
+        slot = pti_smooth_hash(s, (uint64_t)bits[0] << 32 | bits[1], bits[2]);
+        for (; s->table[slot]; slot = (slot + 1) & (s->table_size - 1)) {
+            const float *q = p + 3 * (size_t)(s->table[slot] - 1);
+            if (q[0] == x[0] && q[1] == x[1] && q[2] == x[2]) break;
+        }
+        if (!s->table[slot]) s->table[slot] = (uint32_t)(i + 1);
+        s->point[i] = s->table[slot] - 1;
+    }
+}
+/* From one corner to another: unit, or zero where they are one; scaled first where a difference would be infinite. */
+static pt_vec3 pti_smooth_side(const pti_smooth_state *s, size_t from, size_t to) {
+    const uint32_t *index = s->mesh->indices;
+    pt_vec3 a = pti_vec3_at(s->mesh->positions, index[from]), b = pti_vec3_at(s->mesh->positions, index[to]), d;
+    float scale = pti_max(pti_largest_abs(a), pti_largest_abs(b)) > 1e30f ? 1e-10f : 1.0f;
+    d = pti_sub(pti_scale(b, scale), pti_scale(a, scale));
+    return pti_is_zero3(d) ? d : pti_normalize(d);
+}
+static void pti_smooth_find_faces(pti_smooth_state *s) {
+    size_t i, c;
+    for (i = 0; i < s->corners / 3; i++) {
+        pt_vec3 a = pti_smooth_side(s, 3 * i, 3 * i + 1), b = pti_smooth_side(s, 3 * i, 3 * i + 2), n = pti_cross(a, b);
+        s->face[i] = pti_is_zero3(n) ? n : pti_normalize(n);
+    }
+    for (c = 0; c < s->corners; c++) s->group[c] = (uint32_t)c;
+}
+static uint32_t pti_smooth_group(pti_smooth_state *s, uint32_t corner) {
+    while (s->group[corner] != corner) {
+        s->group[corner] = s->group[s->group[corner]];   /* halves the path */
+        corner = s->group[corner];
+    }
+    return corner;
+}
+static void pti_smooth_join(pti_smooth_state *s, size_t a, size_t b) {
+    uint32_t x = pti_smooth_group(s, (uint32_t)a), y = pti_smooth_group(s, (uint32_t)b);
+    if (x < y) s->group[y] = x;
+    else s->group[x] = y;
+}
+/* Corner c and the next of its triangle are an edge. Where more than two triangles share one, each is compared with the one
+   before it. */
+static void pti_smooth_edge(pti_smooth_state *s, size_t c) {
+    size_t d = c % 3 == 2 ? c - 2 : c + 1, slot, e, f;
+    const uint32_t *index = s->mesh->indices;
+    uint32_t a = s->point[index[c]], b = s->point[index[d]], lo = a < b ? a : b, hi = a < b ? b : a;
+    if (a == b || pti_is_zero3(s->face[c / 3])) return;
+    slot = pti_smooth_hash(s, lo, hi);
+    for (; s->table[slot]; slot = (slot + 1) & (s->table_size - 1)) {
+        e = s->table[slot] - 1;
+        f = e % 3 == 2 ? e - 2 : e + 1;
+        if (s->point[index[e]] == a && s->point[index[f]] == b) { size_t t = e; e = f; f = t; break; }
+        if (s->point[index[e]] == b && s->point[index[f]] == a) break;
+    }
+    if (s->table[slot]) {
+        e = s->table[slot] - 1;
+        f = e % 3 == 2 ? e - 2 : e + 1;
+        if (pti_dot(s->face[c / 3], s->face[e / 3]) >= s->cosine) {
+            int along = s->point[index[e]] == a;         /* both triangles in the same sense: one is turned over */
+            pti_smooth_join(s, c, along ? e : f);
+            pti_smooth_join(s, d, along ? f : e);
+        }
+    }
+    s->table[slot] = (uint32_t)(c + 1);
+}
+static void pti_smooth_sum(pti_smooth_state *s) {
+    size_t c, i, k;
+    for (i = 0; i < s->corners; i += 3) {
+        pt_vec3 side[3], n = s->face[i / 3];
+        if (pti_is_zero3(n)) continue;
+        for (k = 0; k < 3; k++) side[k] = pti_smooth_side(s, i + k, i + (k + 1) % 3);
+        for (k = 0; k < 3; k++) {
+            float angle = pti_acos(pti_clamp(-pti_dot(side[k], side[(k + 2) % 3]), -1, 1));
+            uint32_t g = pti_smooth_group(s, (uint32_t)(i + k));
+            s->normal[g] = pti_madd(n, angle, s->normal[g]);
+        }
+    }
+    for (c = 0; c < s->corners; c++)
+        if (!pti_is_zero3(s->normal[c])) s->normal[c] = pti_normalize(s->normal[c]);
+}
+/* Corner c's new vertex: the old one, or a copy of it where another group has that. */
+static uint32_t pti_smooth_vertex(pti_smooth_state *s, size_t c) {
+    uint32_t old = s->mesh->indices[c], owner = pti_smooth_group(s, (uint32_t)c) + 1, v;
+    for (v = s->first[old]; v; v = s->next[v]) if (s->owner[v] == owner) return v - 1;
+    v = s->first[old] ? (uint32_t)++s->count : old + 1;
+    s->owner[v] = owner;
+    s->origin[v] = old;
+    s->next[v] = s->first[old];
+    s->first[old] = v;
+    return v - 1;
+}
+static int pti_smooth_alloc(pti_smooth_state *s) {
+    const pt_allocator *a = &s->allocator;
+    size_t n = s->mesh->vertex_count;
+    for (s->table_size = 64; s->table_size < 2 * s->most; ) s->table_size *= 2;
+    s->table = (uint32_t *)pti_alloc(a, s->table_size, sizeof *s->table);
+    s->point = (uint32_t *)pti_alloc(a, n, sizeof *s->point);
+    s->first = (uint32_t *)pti_alloc(a, n, sizeof *s->first);
+    s->group = (uint32_t *)pti_alloc(a, s->corners, sizeof *s->group);
+    s->index = (uint32_t *)pti_alloc(a, s->corners, sizeof *s->index);
+    s->face = (pt_vec3 *)pti_alloc(a, s->corners / 3, sizeof *s->face);
+    s->normal = (pt_vec3 *)pti_alloc(a, s->corners, sizeof *s->normal);
+    s->next = (uint32_t *)pti_alloc(a, s->most, sizeof *s->next);
+    s->owner = (uint32_t *)pti_alloc(a, s->most, sizeof *s->owner);
+    s->origin = (uint32_t *)pti_alloc(a, s->most, sizeof *s->origin);
+    return s->table && s->point && s->first && s->group && s->index && s->face && s->normal && s->next && s->owner
+        && s->origin;
+}
+static void pti_smooth_free(pti_smooth_state *s) {
+    const pt_allocator *a = &s->allocator;
+    size_t n = s->mesh->vertex_count;
+    pti_free(a, s->table, s->table_size, sizeof *s->table);
+    pti_free(a, s->point, n, sizeof *s->point);
+    pti_free(a, s->first, n, sizeof *s->first);
+    pti_free(a, s->group, s->corners, sizeof *s->group);
+    pti_free(a, s->index, s->corners, sizeof *s->index);
+    pti_free(a, s->face, s->corners / 3, sizeof *s->face);
+    pti_free(a, s->normal, s->corners, sizeof *s->normal);
+    pti_free(a, s->next, s->most, sizeof *s->next);
+    pti_free(a, s->owner, s->most, sizeof *s->owner);
+    pti_free(a, s->origin, s->most, sizeof *s->origin);
+}
+/* The mesh's arrays anew. Nothing of it changes before all memory is there. */
+static int pti_smooth_rewrite(pti_smooth_state *s, float *positions, float *normals, float *uvs) {
+    pt_mesh *m = s->mesh;
+    size_t v;
+    if (!positions || !normals || (m->uvs && !uvs)) return 0;
+    for (v = 0; v < s->count; v++) {
+        size_t old = v < m->vertex_count ? v : s->origin[v + 1];
+        memcpy(positions + 3 * v, m->positions + 3 * old, 3 * sizeof(float));
+        if (s->owner[v + 1]) memcpy(normals + 3 * v, s->normal + (s->owner[v + 1] - 1), 3 * sizeof(float));
+        if (uvs) memcpy(uvs + 2 * v, m->uvs + 2 * old, 2 * sizeof(float));
+    }
+    memcpy(m->indices, s->index, s->corners * sizeof *s->index);
+    return 1;
+}
+static int pti_smooth_give(pti_smooth_state *s) {
+    const pt_allocator *a = &s->allocator;
+    pt_mesh *m = s->mesh;
+    float *positions = (float *)pti_alloc(a, s->count, sizeof(pti_float3)), *old_positions = m->positions;
+    float *normals = (float *)pti_alloc(a, s->count, sizeof(pti_float3)), *old_normals = m->normals;
+    float *uvs = m->uvs ? (float *)pti_alloc(a, s->count, sizeof(pti_float2)) : NULL, *old_uvs = m->uvs;
+    size_t n = m->vertex_count;
+    int ok = pti_smooth_rewrite(s, positions, normals, uvs);
+    if (ok) { m->positions = positions; m->normals = normals; m->uvs = uvs; }
+    else { old_positions = positions; old_normals = normals; old_uvs = uvs; n = s->count; }
+    pti_free(a, old_positions, n, sizeof(pti_float3));
+    pti_free(a, old_normals, n, sizeof(pti_float3));
+    pti_free(a, old_uvs, n, sizeof(pti_float2));
+    return ok;
+}
+static int pti_smooth_check(const pt_mesh *m, float angle_deg, char *error) {
+    size_t i;
+    if (!(angle_deg >= 0 && angle_deg <= 180))
+        return !pti_report(error, PT_ERR_ARG, "pt_mesh_smooth", "angle_deg must be between 0 and 180");
+    if (!m->positions || !m->indices || m->index_count % 3)
+        return !pti_report(error, PT_ERR_ARG, "pt_mesh_smooth", "a mesh has positions, and three indices a triangle");
+    for (i = 0; i < m->index_count; i++)
+        if (m->indices[i] >= m->vertex_count)
+            return !pti_report(error, PT_ERR_ARG, "pt_mesh_smooth", "an index is not below vertex_count");
+    return m->vertex_count + m->index_count < UINT32_MAX / 2
+        || !pti_report(error, PT_ERR_ARG, "pt_mesh_smooth", "more than 2147483647 vertices and corners");
+}
+static int pti_smooth_mesh(pt_mesh *mesh, float angle_deg) {  /* 0: out of memory */
+    pti_smooth_state s;
+    float sine;
+    size_t c;
+    int ok;
+    memset(&s, 0, sizeof s);
+    s.mesh = mesh;
+    s.allocator = pti_allocator_or_default(mesh->allocator);
+    s.corners = mesh->index_count;
+    s.count = mesh->vertex_count;
+    s.most = s.count + s.corners + 1;
+    pti_sincos(angle_deg * (PTI_PI / 180), &sine, &s.cosine);
+    s.cosine = angle_deg > 0 && angle_deg < 180 ? s.cosine - 1e-6f : -2.0f;
+    ok = pti_smooth_alloc(&s);
+    if (ok) {
+        pti_smooth_find_points(&s);
+        pti_smooth_find_faces(&s);
+        memset(s.table, 0, s.table_size * sizeof *s.table);
+        for (c = 0; c < s.corners; c++) pti_smooth_edge(&s, c);
+        pti_smooth_sum(&s);
+        for (c = 0; c < s.corners; c++) s.index[c] = pti_smooth_vertex(&s, c);
+        ok = pti_smooth_give(&s);
+    }
+    pti_smooth_free(&s);
+    if (ok) mesh->vertex_count = s.count;
+    return ok;
+}
+PT_DEF pt_result pt_mesh_smooth(pt_mesh *mesh, float angle_deg) {
+    pti_fpmode mode;
+    pt_result r = PT_OK;
+    if (!mesh) return PT_ERR_ARG;
+    mode = pti_fpmode_enter();
+    mesh->error[0] = 0;
+    if (!pti_smooth_check(mesh, angle_deg, mesh->error)) r = PT_ERR_ARG;
+    else if (!pti_smooth_mesh(mesh, angle_deg)) r = pti_report(mesh->error, PT_ERR_MEMORY, "pt_mesh_smooth", "out of memory");
+    pti_fpmode_leave(mode);
+    return r;
+}
 
 #ifdef __cplusplus
 }

@@ -29,18 +29,18 @@ int main(void) {
     static const unsigned face[] = { 0,2,1, 3,4,5, 0,1,4, 0,4,3, 1,2,5, 1,5,4, 2,0,3, 2,3,5 };
     pt_scene *s = pt_scene_create(NULL);
     pt_material glass = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_DIELECTRIC, .ior = 1.73f, .abbe = 28 });
-    pt_material sun = pt_add_material(s, &(pt_material_desc){ .emission = {9000, 9000, 9000} });
+    pt_material sun = pt_add_material(s, &(pt_material_desc){ .emission = {30000, 30000, 30000} });
     pt_material paper = pt_add_material(s, &(pt_material_desc){ .color = {.8f, .8f, .8f} });
     pt_material black = pt_add_material(s, &(pt_material_desc){ .color = {.02f, .02f, .02f} });
     pt_add_mesh(s, &(pt_mesh_desc){ .positions = corner, .vertex_count = 6, .indices = face, .index_count = 24, .material = glass });
-    pt_add_quad(s, pt_v3(-4, -1, -3), pt_v3(0, 0, 6), pt_v3(9, 0, 0), paper);
+    pt_add_quad(s, pt_v3(-1.2f, -1, -3), pt_v3(0, 0, 6), pt_v3(6, 0, 0), paper);
     pt_add_quad(s, pt_v3(-1.2f, -1, -3), pt_v3(0, .575f, 0), pt_v3(0, 0, 6), black);     /* the slit: 5 cm */
     pt_add_quad(s, pt_v3(-1.2f, -.375f, -3), pt_v3(0, 1.4f, 0), pt_v3(0, 0, 6), black);
     pt_add_sphere(s, pt_v3(-173.2f, -100, 0), 1.0f, sun);
     pt_add_light(s, &(pt_light_desc){ .color = {.02f, .02f, .022f} });
     pt_add_density(s, &(pt_density_desc){ .weight = .6f, .sample = cone_sample, .pdf = cone_pdf });
     if (pt_scene_commit(s) == PT_OK) {
-        pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = WIDTH, .height = HEIGHT, .spp = 512,
+        pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = WIDTH, .height = HEIGHT, .spp = 256,
             .camera = { .eye = {2.2f, 1.6f, 5}, .target = {.8f, -.5f, 0}, .vfov_deg = 33 } });
         if (pt_render_run(r) == PT_OK) pt_write_png("12_prism.png", pt_render_pixels(r), WIDTH, HEIGHT, NULL);
         pt_render_destroy(r);

@@ -94,23 +94,51 @@ static void read_image(const uint8_t *data, size_t size, pt_allocator allocator)
     }
     pt_image_free(&im);
 }
-static void read_obj(const uint8_t *data, size_t size, pt_allocator allocator) {
+static void demand_sound(const pt_mesh *m) {
+    size_t i;
+    DEMAND(m->index_count % 3 == 0 && (m->material_ids != NULL) == (m->material_count > 1));
+    for (i = 0; i < m->index_count; i++) {
+        const float *p = m->positions + 3 * (size_t)m->indices[i];
+        DEMAND(m->indices[i] < m->vertex_count);
+        DEMAND(!m->material_ids || m->material_ids[i / 3] < m->material_count);
+        DEMAND(p[0] >= m->lo.x && p[1] >= m->lo.y && p[2] >= m->lo.z);
+        DEMAND(p[0] <= m->hi.x && p[1] <= m->hi.y && p[2] <= m->hi.z);
+        DEMAND(!m->normals || pti_finite(m->normals[3 * (size_t)m->indices[i] + 2]));
+        DEMAND(!m->uvs || pti_finite(m->uvs[2 * (size_t)m->indices[i] + 1]));
+    }
+}
+/* OBJ or PLY, as the content says; smoothed afterwards. */
+static void read_mesh(const uint8_t *data, size_t size, pt_allocator allocator) {
     pt_mesh m;
     pt_result r;
+    memset(&m, 0, sizeof m);
+    m.allocator = allocator;
+    r = pt_read_mesh_memory(&m, data, size);
+    DEMAND(r == PT_OK || r == PT_ERR_FORMAT || r == PT_ERR_MEMORY);
+    DEMAND((r == PT_OK) == (m.positions && m.indices) && (r == PT_OK) == (m.error[0] == 0));
+    DEMAND(r != PT_OK || m.index_count >= 3);
+    demand_sound(&m);
+    if (r == PT_OK) {
+        r = pt_mesh_smooth(&m, (float)(size % 181));
+        DEMAND(r == PT_OK || r == PT_ERR_MEMORY);
+        demand_sound(&m);
+    }
+    pt_mesh_free(&m);
+}
+/* A material library. Whatever it says, a scene takes what comes out. */
+static void read_mtl(const uint8_t *data, size_t size, pt_allocator allocator) {
+    static const char obj[] = "v 0 0 0\nusemtl a\nf 1 1 1\nusemtl b\nf 1 1 1\n";
+    pt_mesh m;
+    pt_scene *s;
     size_t i;
     memset(&m, 0, sizeof m);
     m.allocator = allocator;
-    r = pt_read_obj_memory(&m, data, size);
-    DEMAND(r == PT_OK || r == PT_ERR_FORMAT || r == PT_ERR_MEMORY);
-    DEMAND((r == PT_OK) == (m.positions && m.indices) && (r == PT_OK) == (m.error[0] == 0));
-    DEMAND(r != PT_OK || (m.index_count >= 3 && m.index_count % 3 == 0));
-    for (i = 0; i < m.index_count; i++) {
-        const float *p = m.positions + 3 * (size_t)m.indices[i];
-        DEMAND(m.indices[i] < m.vertex_count);
-        DEMAND(p[0] >= m.lo.x && p[1] >= m.lo.y && p[2] >= m.lo.z && p[0] <= m.hi.x && p[1] <= m.hi.y && p[2] <= m.hi.z);
-        DEMAND(!m.normals || pti_finite(m.normals[3 * (size_t)m.indices[i] + 2]));
-        DEMAND(!m.uvs || pti_finite(m.uvs[2 * (size_t)m.indices[i] + 1]));
-    }
+    DEMAND(pt_read_obj_memory(&m, obj, sizeof obj - 1) == PT_OK && m.material_count == 2);
+    DEMAND(pt_read_mtl_memory(&m, data, size) == PT_OK);
+    s = pt_scene_create(NULL);
+    for (i = 0; i < m.material_count; i++) pt_add_material(s, &m.materials[i].desc);
+    DEMAND(!pt_scene_error(s)[0]);
+    pt_scene_destroy(s);
     pt_mesh_free(&m);
 }
 
@@ -122,9 +150,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     a.free = fuzz_free;
     a.user = &live;
     if (!size) return 0;
-    if (data[0] % 3 == 2) write_image(data + 1, size - 1);
-    else if (data[0] % 3 == 1) read_obj(data + 1, size - 1, a);
-    else read_image(data + 1, size - 1, a);
+    switch (data[0] % 5) {
+    case 0: read_image(data + 1, size - 1, a); break;
+    case 2: read_mtl(data + 1, size - 1, a); break;
+    case 4: write_image(data + 1, size - 1); break;
+    default: read_mesh(data + 1, size - 1, a); break;
+    }
     DEMAND(live == 0);
     return 0;
 }
