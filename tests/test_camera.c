@@ -12,10 +12,22 @@ static pt_camera camera(pt_vec3 eye, pt_vec3 target, float vfov_deg) {
     c.eye = eye; c.target = target; c.vfov_deg = vfov_deg;
     return c;
 }
+/* A white ray at the opening of the shutter, whatever it weighs. */
+static float lens_ray(const pti_lens *l, float x, float y, float u, float v, pt_vec3 *org, pt_vec3 *dir) {
+    pti_lens_point p;
+    pt_ray ray;
+    float weight;
+    memset(&p, 0, sizeof p);
+    memset(&ray, 0, sizeof ray);
+    p.x = x; p.y = y; p.u = u; p.v = v;
+    weight = pti_lens_ray(l, &p, &ray);
+    *org = ray.org; *dir = ray.dir;
+    return weight;
+}
 static pt_vec3 through(const pt_camera *c, int width, int height, double x, double y) {
     pti_lens l = pti_lens_make(c, width, height);
     pt_vec3 org, dir;
-    pti_lens_ray(&l, (float)x, (float)y, 0.5f, 0.5f, &org, &dir);
+    lens_ray(&l, (float)x, (float)y, 0.5f, 0.5f, &org, &dir);
     CHECK_NEAR(pti_length(dir), 1, 1e-6);
     CHECK(org.x == c->eye.x && org.y == c->eye.y && org.z == c->eye.z);
     return dir;
@@ -118,7 +130,7 @@ static void lenses_focus(void) {
         meet = pti_madd(pinhole, (float)(focus / pti_dot(pinhole, forward)), c.eye);
         for (i = 0; i < 200; i++) {
             pt_vec3 org, dir, off;
-            pti_lens_ray(&l, px, py, pt_rng_float(&rng), pt_rng_float(&rng), &org, &dir);
+            lens_ray(&l, px, py, pt_rng_float(&rng), pt_rng_float(&rng), &org, &dir);
             off = pti_sub(org, c.eye);
             farthest = fmax(farthest, (double)pti_length(off));
             CHECK_NEAR(pti_dot(off, forward), 0, 1e-6);                  /* the lens is flat */
@@ -145,7 +157,7 @@ static void blur_diameter(void) {
         for (i = 0; i < 20000; i++) {                    /* the point on the axis, seen through all of the lens */
             pt_vec3 org, dir;
             double x, y, t = z, px, py;
-            pti_lens_ray(&l, 0.5f, 0.5f, pt_rng_float(&rng), pt_rng_float(&rng), &org, &dir);
+            lens_ray(&l, 0.5f, 0.5f, pt_rng_float(&rng), pt_rng_float(&rng), &org, &dir);
             x = org.x; y = org.y;                        /* from there through (0, 0, -z) to the plane of focus */
             px = x + (0 - x) * 4 / t; py = y + (0 - y) * 4 / t;
             r2 += px * px + py * py;
@@ -231,7 +243,7 @@ static void pixels_do_not_overlap(void) {                /* in the third pixel o
     f.width = 8; f.x0 = f.y0 = 9; f.x1 = f.y1 = -9;
     for (i = 0; i < 10000; i++) {
         pt_vec3 org, dir;
-        pti_lens_ray(&l, (2 + pt_rng_float(&rng)) / 8, (1 + pt_rng_float(&rng)) / 8, 0, 0, &org, &dir);
+        lens_ray(&l, (2 + pt_rng_float(&rng)) / 8, (1 + pt_rng_float(&rng)) / 8, 0, 0, &org, &dir);
         seen(&f, dir);
     }
     CHECK_NEAR(f.x0, 2, 1e-3); CHECK_NEAR(f.x1, 3, 1e-3); CHECK_NEAR(f.y0, 1, 1e-3); CHECK_NEAR(f.y1, 2, 1e-3);

@@ -64,7 +64,7 @@ static void sums_are_exact(void) {
         for (i = 0; i < 100000; i++) {
             float c[3];
             for (k = 0; k < 3; k++) { c[k] = random_float(&r, kind); big_add_float(&b[k], c[k]); }
-            CHECK(pti_pixel_add(&p, pt_v3(c[0], c[1], c[2])));
+            CHECK(pti_pixel_add(&p, pt_v3(c[0], c[1], c[2]), 1));
             for (k = 0; k < 3; k++) {
                 double want = big_value(&b[k]) / (i + 1), got = (double)pti_sum_mean(p.rgb[k], p.count);
                 wrong += !big_is(&b[k], p.rgb[k]);
@@ -88,7 +88,7 @@ static void single_values(void) {                        /* each alone: powers o
             memset(&p, 0, sizeof p);
             memset(&b, 0, sizeof b);
             big_add_float(&b, x);
-            if (pti_pixel_add(&p, pt_v3(x, 0, x)) != 1) wrong++;
+            if (pti_pixel_add(&p, pt_v3(x, 0, x), 1) != 1) wrong++;
             wrong += !big_is(&b, p.rgb[0]) || !big_is(&b, p.rgb[2]) || p.rgb[1].hi || p.rgb[1].lo;
             if (e >= -40) inexact += pti_sum_mean(p.rgb[0], 1) != x;   /* 24 bits above 2^-64 */
         }
@@ -106,7 +106,7 @@ static void order_does_not_matter(void) {
     back = forth; parts[0] = parts[1] = parts[2] = merged = forth;
     pt_rng_seed(&r, 2, 1);
     for (i = 0; i < N; i++) c[i] = pt_v3(random_float(&r, 1), random_float(&r, 2), random_float(&r, 0));
-    for (i = 0; i < N; i++) { pti_pixel_add(&forth, c[i]); pti_pixel_add(&back, c[N - 1 - i]); pti_pixel_add(&parts[i * 7 % 3], c[i]); }
+    for (i = 0; i < N; i++) { pti_pixel_add(&forth, c[i], 1); pti_pixel_add(&back, c[N - 1 - i], 1); pti_pixel_add(&parts[i * 7 % 3], c[i], 1); }
     for (i = 2; i >= 0; i--) {
         for (k = 0; k < 3; k++) pti_sum_add(&merged.rgb[k], parts[i].rgb[k]);
         merged.count += parts[i].count;
@@ -119,11 +119,11 @@ static void a_million_samples_do_not_drift(void) {
     pti_pixel p;
     int i;
     memset(&p, 0, sizeof p);
-    for (i = 0; i < 1000000; i++) pti_pixel_add(&p, pt_v3(value[0], value[1], value[2]));
+    for (i = 0; i < 1000000; i++) pti_pixel_add(&p, pt_v3(value[0], value[1], value[2]), 1);
     CHECK(pti_sum_mean(p.rgb[0], p.count) == value[0]);
     CHECK(pti_sum_mean(p.rgb[1], p.count) == value[1]);
     CHECK(pti_sum_mean(p.rgb[2], p.count) == value[2]);
-    for (i = 0; i < 1000000; i++) pti_pixel_add(&p, pt_v3(0, 0, PTI_MAX_RADIANCE));        /* no overflow either */
+    for (i = 0; i < 1000000; i++) pti_pixel_add(&p, pt_v3(0, 0, PTI_MAX_RADIANCE), 1);        /* no overflow either */
     CHECK(pti_sum_mean(p.rgb[0], p.count) == value[0] / 2);
     CHECK_NEAR(pti_sum_mean(p.rgb[2], p.count) / (PTI_MAX_RADIANCE / 2), 1, 1e-7);
 }
@@ -136,12 +136,12 @@ static void unfit_samples_are_black(void) {
     memset(&p, 0, sizeof p);
     for (i = 0; i < (int)(sizeof bad / sizeof bad[0]); i++)
         for (k = 0; k < 3; k++) {
-            CHECK_EQ_INT(pti_pixel_add(&p, pt_v3(k == 0 ? bad[i] : 1, k == 1 ? bad[i] : 1, k == 2 ? bad[i] : 1)), 0);
+            CHECK_EQ_INT(pti_pixel_add(&p, pt_v3(k == 0 ? bad[i] : 1, k == 1 ? bad[i] : 1, k == 2 ? bad[i] : 1), 1), 0);
             n++;
         }
     CHECK_EQ_INT(p.count, n);
     for (k = 0; k < 3; k++) CHECK(p.rgb[k].hi == 0 && p.rgb[k].lo == 0);
-    CHECK_EQ_INT(pti_pixel_add(&p, pt_v3(1e12f, 1e-45f, -0.0f)), 1);   /* the ends: all of them fit */
+    CHECK_EQ_INT(pti_pixel_add(&p, pt_v3(1e12f, 1e-45f, -0.0f), 1), 1);   /* the ends: all of them fit */
     CHECK(p.rgb[0].hi == (uint64_t)1e12f && p.rgb[0].lo == 0);
     CHECK(p.rgb[1].hi == 0 && p.rgb[1].lo == 0);
     CHECK(p.rgb[2].hi == 0 && p.rgb[2].lo == 0);
