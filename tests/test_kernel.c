@@ -318,7 +318,7 @@ static void moving_instances_match_brute_force(void) {
     pt_scene *inner = pt_scene_create(NULL), *s = pt_scene_create(NULL);
     int i, k, wrong = 0, hits = 0, moving = 0, changed = 0;
     pt_rng_seed(&r, 7, 3);
-    m = mesh_blob(4, 0.2, &r);
+    m = mesh_blob(2, 0.2, &r);
     add_mesh(inner, &m);
     pt_add_sphere(inner, pt_v3(0.5f, 1.5f, 0), 0.3f, (pt_material){ 0 });
     committed(inner);
@@ -327,7 +327,7 @@ static void moving_instances_match_brute_force(void) {
         CHECK((i % 3 ? pt_add_moving_instance(s, inner, &a, &b) : pt_add_instance(s, inner, &a)).id != 0);
     }
     committed(s);
-    for (i = 0; i < 20000; i++) {
+    for (i = 0; i < 3000; i++) {
         pt_ray ray = odd_ray(&r, v3_of(0, 0, 0), 1.5);
         float time = i % 10 == 0 ? 0 : i % 10 == 1 ? 1 : i % 10 == 2 ? -3 : i % 10 == 3 ? 7 : (float)uniform(&r);
         pti_ray p;
@@ -347,11 +347,11 @@ static void moving_instances_match_brute_force(void) {
         }
         pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, time < 0.5f ? 0.75f : 0.25f);
         pti_hit_init(&other, ray.tmax);
-        brute_geometry(&s->geometry, &p, &other, 0, 0);
+        pti_trace_for(PTI_SCALAR_ISA)(&s->geometry, &p, &other, 0);
         changed += !same_hit(&want, &other);
     }
     CHECK_EQ_INT(wrong, 0);
-    CHECK(hits > 2000 && moving > 1000 && changed > 500);
+    CHECK(hits > 300 && moving > 200 && changed > 100);
     pt_scene_destroy(s); pt_scene_destroy(inner);
     mesh_free(&m);
 }
@@ -468,13 +468,13 @@ static void flat_on_the_way(void) {
     torus(inner, pt_v3(0, 0, 0), 1, 0.3f, (pt_material){ 0 });
     committed(inner);
     pt_rng_seed(&r, 9, 3);
-    for (i = 0; i < 4000; i++) {
+    for (i = 0; i < 800; i++) {
         pt_scene *s = pt_scene_create(NULL);
         pt_xform a = small_pose(&r), b = i % 2 ? small_pose(&r) : moved_a_bit(&r, &a, 0.2);
         double first = 0, least = 1;
         int k, ok;
-        for (k = 0; k <= 2000; k++) {
-            pt_xform x = pti_xform_between(&a, &b, (float)k / 2000);
+        for (k = 0; k <= 400; k++) {
+            pt_xform x = pti_xform_between(&a, &b, (float)k / 400);
             double det = pti_xform_det(&x);
             if (k == 0) first = det;
             least = fmin(least, det / first);
@@ -485,7 +485,7 @@ static void flat_on_the_way(void) {
         pt_scene_destroy(s);
     }
     CHECK_EQ_INT(wrong, 0);
-    CHECK(refused > 500 && refused < 3500);
+    if (!CHECK(refused > 50 && refused < 700)) FAIL("%d refused", refused);
     for (i = 0; i < 6; i++) {
         static const float angle[] = { 0, 30, 90, 170, 180, 180.001f };
         pt_scene *s = pt_scene_create(NULL);
