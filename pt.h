@@ -3756,14 +3756,18 @@ static pt_vec3 pti_lens_offset(const pti_lens *l, float u, float v, pt_vec3 righ
     return pti_scale(pti_madd(right, x, pti_scale(up, y)), l->aperture);
 }
 
-/* Where the axis is the origin and half the height is half_height, after shift, distortion and aberration. */
-static void pti_lens_plane(const pti_lens *l, const pti_lens_point *p, float *a, float *b) {
-    const pt_camera *c = &l->camera;
-    float k = 1;
-    *a = (2 * p->x - 1 + 2 * c->shift_x) * l->half_width;
-    *b = (1 - 2 * p->y + 2 * c->shift_y) * l->half_height;
-    if (c->distortion != 0) k += c->distortion * (*a * *a + *b * *b) / (l->half_height * l->half_height);
-    if (p->wavelength > 0) k /= 1 + c->aberration * ((p->wavelength - 550) / 300);
+/* What distortion and aberration multiply the distance from the axis with. */
+PTI_NOINLINE float pti_lens_bend(const pti_lens *l, float a, float b, float wavelength) {
+    float k = 1 + l->camera.distortion * ((a * a + b * b) / (l->half_height * l->half_height));
+    return wavelength > 0 ? k / (1 + l->camera.aberration * ((wavelength - 550) / 300)) : k;
+}
+/* Where the axis is the origin and half the height is half_height. */
+PTI_INLINE void pti_lens_plane(const pti_lens *l, const pti_lens_point *p, float *a, float *b) {
+    float k;
+    *a = (2 * p->x - 1 + 2 * l->camera.shift_x) * l->half_width;
+    *b = (1 - 2 * p->y + 2 * l->camera.shift_y) * l->half_height;
+    if (!(l->camera.distortion != 0 || p->wavelength > 0)) return;
+    k = pti_lens_bend(l, *a, *b, p->wavelength);
     *a *= k;
     *b *= k;
 }
@@ -3867,16 +3871,21 @@ static float pti_sum_mean(pti_sum s, uint32_t count) {
     sum = (double)s.hi + (double)s.lo * (1.0 / 18446744073709551616.0);
     return (float)((negative ? -sum : sum) / (double)count);
 }
+PTI_NOINLINE void pti_pixel_subtract(pti_pixel *p, pt_vec3 c) {
+    pti_sum_add(&p->rgb[0], pti_sum_negate(pti_sum_of(c.x)));
+    pti_sum_add(&p->rgb[1], pti_sum_negate(pti_sum_of(c.y)));
+    pti_sum_add(&p->rgb[2], pti_sum_negate(pti_sum_of(c.z)));
+}
 /* weight: the filter's. 0 if the sample was unfit and counts as black. */
 static int pti_pixel_add(pti_pixel *p, pt_vec3 c, float weight) {
-    int fine = c.x >= 0 && c.y >= 0 && c.z >= 0 && pti_largest(c) <= PTI_MAX_RADIANCE, k;        /* false for NaN */
+    int fine = c.x >= 0 && c.y >= 0 && c.z >= 0 && pti_largest(c) <= PTI_MAX_RADIANCE;           /* false for NaN */
     p->count++;
     if (!fine) return 0;
     c = pti_scale(c, fabsf(weight));
-    for (k = 0; k < 3; k++) {
-        pti_sum s = pti_sum_of(pti_axis(c, k));
-        pti_sum_add(&p->rgb[k], weight < 0 ? pti_sum_negate(s) : s);
-    }
+    if (weight < 0) { pti_pixel_subtract(p, c); return 1; }
+    pti_sum_add(&p->rgb[0], pti_sum_of(c.x));
+    pti_sum_add(&p->rgb[1], pti_sum_of(c.y));
+    pti_sum_add(&p->rgb[2], pti_sum_of(c.z));
     return 1;
 }
 
@@ -3929,17 +3938,20 @@ static void pti_filter_make(pti_filter *f, pt_filter kind, float radius) {
     f->weight = (float)(absolute / sum * (absolute / sum));
     pti_table_build(f->table, value, PTI_FILTER_CELLS);
 }
-/* In pixels, from the middle of the pixel. *weight changes its sign where f is negative. */
-static float pti_filter_sample(const pti_filter *f, float u, float *weight) {
-    float a = fabsf(2 * u - 1), x = a;
+PTI_NOINLINE float pti_filter_invert(const pti_filter *f, float u, float *weight) {
+    float a = fabsf(2 * u - 1), x;
     int cell;
     if (f->kind == PT_FILTER_TENT) x = a / (1 + sqrtf(1 - a));       /* 1 - (1 - x)^2 = a */
-    else if (f->kind > PT_FILTER_TENT) {
+    else {
         x = pti_sample_table(f->table, PTI_FILTER_CELLS, a, &cell);
         if (cell >= f->positive) *weight = -*weight;
     }
     x *= f->radius;
     return u < 0.5f ? -x : x;
+}
+/* In pixels, from the middle of the pixel. *weight changes its sign where f is negative. */
+PTI_INLINE float pti_filter_sample(const pti_filter *f, float u, float *weight) {
+    return f->kind <= PT_FILTER_BOX ? (2 * u - 1) * f->radius : pti_filter_invert(f, u, weight);
 }
 static inline float pti_pdf_filter(const pti_filter *f, float x) {   /* per pixel */
     float a = fabsf(x) / f->radius;
