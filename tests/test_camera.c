@@ -258,7 +258,7 @@ static pt_ray ray_at(const pt_camera *c, int width, int height, float x, float y
     pt_ray ray;
     memset(&p, 0, sizeof p);
     memset(&ray, 0, sizeof ray);
-    p.x = x; p.y = y; p.u = p.v = 0.5f; p.shutter = shutter; p.wavelength = wavelength;
+    p.x = x; p.y = y; p.u = 0.9f; p.v = 0.5f; p.shutter = shutter; p.wavelength = wavelength;
     *weight = pti_lens_ray(&l, &p, &ray);
     return ray;
 }
