@@ -52,8 +52,8 @@
      >>scene      adding, checking, committing
      >>mixture    the one density that a path draws its next direction from
      >>path       the estimator
-     >>camera     pinhole and thin lens
-     >>film       exact sums
+     >>camera     projections, the lens, the shutter
+     >>film       exact sums, filters
      >>render     tiles, threads, progress
      >>image      PNG, PPM, PFM, Radiance HDR
      >>mesh       Wavefront OBJ and MTL, PLY; smooth normals
@@ -275,6 +275,10 @@ PT_DEF pt_shape pt_add_box(pt_scene *s, pt_vec3 lo, pt_vec3 hi, const pt_xform *
 /* Places a committed scene, which must outlive s and have no instances of its own. Its environment does not come along;
    its emitters do (a sphere's light is found by chance only, where xform makes it an ellipsoid). */
 PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform *xform);
+/* The same, in motion: at ray time t in [0,1] each coefficient of its transform is (1 - t) from + t to, and it stands still
+   before and after (see pt_camera's shutter). Points so move on straight lines: a turn by the angle a shrinks to cos(a/2)
+   half way, and one whose determinant reaches zero is refused. Its emitters are found by chance only. */
+PT_DEF pt_shape pt_add_moving_instance(pt_scene *s, const pt_scene *of, const pt_xform *from, const pt_xform *to);
 PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m);
 
 /* Lights that have no shape. (Every shape whose material emits is a light too.) Each kind reads what stands in its line, and
@@ -311,11 +315,53 @@ PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d);
 
 /* ---- render: a bag of tiles. Any number of the caller's threads may call pt_render_work() ------------- */
 
+typedef enum pt_projection {
+    PT_CAMERA_PERSPECTIVE,
+    PT_CAMERA_ORTHOGRAPHIC,                               /* parallel rays, from the plane of the eye */
+    PT_CAMERA_EQUIRECTANGULAR,                            /* 360 x 180 degrees: the middle is towards the target, as an
+                                                             environment's is towards -z */
+    PT_CAMERA_FISHEYE                                     /* equidistant: the angle to the axis grows as the distance from
+                                                             the middle. The circle that just fits; black around it */
+} pt_projection;
 typedef struct pt_camera {
     pt_vec3 eye, target, up;                              /* up: zero = +y */
-    float vfov_deg;                                       /* 0 = 40; below 180 */
-    float aperture, focus;                                /* lens radius, 0 = pinhole; focal distance, 0 = to the target */
+    float vfov_deg;                                       /* 0 = 40; below 180. Fisheye: across the circle, 0 = 180; up to
+                                                             360 */
+    float aperture, focus;                                /* lens radius, 0 = pinhole; focal distance, 0 = to the target.
+                                                             Along the axis; equirectangular, fisheye: along the ray */
+    pt_projection projection;
+    float height;                                         /* orthographic: metres from the top of the picture to the
+                                                             bottom; 0 = what vfov_deg sees at the target */
+    int   blades;                                         /* the aperture is a regular polygon, corners on the lens's rim:
+                                                             3 to 16; 0 = round */
+    float blade_rotation_deg;                             /* 0 = a corner towards the right; counter-clockwise as the camera
+                                                             looks; -36000 to 36000 */
+    float shift_x, shift_y;                               /* perspective, orthographic: the picture shows what lies so far
+                                                             to the right, in widths, and above, in heights; -10 to 10 */
+    float distortion;                                     /* perspective, orthographic: k1 of r' = r (1 + k1 r^2), r on the
+                                                             picture, r' where the ray goes, both from the axis in half
+                                                             heights: above 0 barrel, below 0 pincushion; r' must grow
+                                                             with r all over the picture */
+    float aberration;                                     /* perspective, orthographic: magnification at 700 nm less that at
+                                                             400 nm, relative to that at 550 nm, -0.5 to 0.5; light of one
+                                                             wavelength shows it */
+    float vignetting;                                     /* perspective: 0 = none, to 1 = cos^4 of the angle to the axis */
+    float shutter_open, shutter_close;                    /* ray times, drawn uniformly; both 0 = no motion */
+    int   moving;                                         /* 1 = from eye, target, up when the shutter opens, linearly to
+                                                             the next three when it closes */
+    pt_vec3 eye_end, target_end, up_end;                  /* up_end: zero = +y */
 } pt_camera;
+/* A pixel is the mean of the picture under one of these, middle at the pixel's; each is a product of two of one variable.
+   x below is in pixels, r the radius. Samples are drawn from |f|, each for one pixel (Ernst, Stamminger and Greiner 2006).
+   Where Mitchell's is negative, a sample counts negative: pixels at sharp edges may be below 0, and need more samples. */
+typedef enum pt_filter {
+    PT_FILTER_DEFAULT,                                    /* BOX */
+    PT_FILTER_BOX,                                        /* r: 0 = 0.5, the pixel itself */
+    PT_FILTER_TENT,                                       /* 1 - |x| / r; r: 0 = 1 */
+    PT_FILTER_GAUSSIAN,                                   /* deviation r / 3, lowered to reach 0 at r; r: 0 = 1.5 */
+    PT_FILTER_MITCHELL,                                   /* B = C = 1/3 (Mitchell and Netravali 1988); r: 0 = 2 */
+    PT_FILTER_BLACKMAN_HARRIS                             /* four terms (Harris 1978); r: 0 = 1.5 */
+} pt_filter;
 typedef enum pt_sampler { PT_SAMPLER_SOBOL, PT_SAMPLER_STRATIFIED, PT_SAMPLER_RANDOM } pt_sampler;
 
 /* Shares of the mixture's parts. All zero = automatic: what is there divides among the parts by how much light they seem
@@ -329,8 +375,13 @@ typedef struct pt_render_desc {
     int tile, threads;                                    /* up to 65536, 0 = 32 pixels; up to 4096, 0 = one a core */
     uint64_t seed;
     int first_sample;                                     /* of a larger render that several machines share */
+    int crop_x, crop_y, crop_width, crop_height;          /* pixels of the full picture from its top left: only these are
+                                                             rendered, as in the full picture bit for bit, and are all
+                                                             that pt_render_pixels has. Width or height 0 = all the rest */
     pt_camera camera;
     pt_sampler sampler;
+    pt_filter filter;
+    float filter_radius;                                  /* pixels, up to 64; 0 = the filter's own */
     pt_weights weights;
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
@@ -356,13 +407,14 @@ PT_DEF pt_result    pt_render_run(pt_render *r);          /* blocks: desc.thread
 PT_DEF pt_result    pt_render_add_samples(pt_render *r, int spp);   /* when all is done, or cancelled and left: makes work
                                                              for spp more, and for what is missing. Else
                                                              PT_ERR_STATE */
-PT_DEF pt_result    pt_render_merge(pt_render *into, pt_render *from);   /* adds the samples of a render of the same size,
-                                                             both finished: ranges merged equal the whole, bit for bit
-                                                             (stratified: if every range is a multiple of spp) */
+PT_DEF pt_result    pt_render_merge(pt_render *into, pt_render *from);   /* adds the samples of a render of the same size
+                                                             and crop, both finished: ranges merged equal the whole, bit
+                                                             for bit (stratified: if every range is a multiple of spp) */
 PT_DEF void         pt_render_cancel(pt_render *r);       /* from any thread; finished pixels stay */
-PT_DEF const float *pt_render_pixels(pt_render *r);       /* mean so far: linear RGB, top row first, width * height * 3;
-                                                             black where no sample is finished. One thread at a time,
-                                                             valid until the next call or destroy */
+PT_DEF const float *pt_render_pixels(pt_render *r);       /* mean so far: linear RGB, top row first, width * height * 3 of
+                                                             the crop; black where no sample is finished, never negative
+                                                             but with PT_FILTER_MITCHELL. One thread at a time, valid
+                                                             until the next call or destroy */
 PT_DEF pt_stats     pt_render_stats(pt_render *r);        /* any thread */
 
 /* ---- files --------------------------------------------------------------------------------------------- */
@@ -1407,7 +1459,8 @@ typedef struct pti_sphere { pt_vec3 center; float radius; } pti_sphere;
 typedef struct pti_instance {
     const struct pti_geometry *of;
     const pt_scene *scene;
-    pt_xform to_world, to_local;
+    pt_xform to_world, to_local;                         /* of a moving one: at time 0 */
+    pt_xform *to_world_end;                              /* at time 1; NULL = it stands still */
 } pti_instance;
 typedef struct pti_user { pt_shape_vtable vtable; void *user; pt_vec3 lo, hi; } pti_user;
 
@@ -1446,6 +1499,26 @@ static void pti_bounds_pad(pti_bounds *b, float d) {
 static float pti_bounds_area(const pti_bounds *b) {      /* half of it: all that the surface area heuristic needs */
     pt_vec3 d = pti_sub(b->hi, b->lo);
     return d.x >= 0 ? d.x * d.y + d.y * d.z + d.z * d.x : 0.0f;
+}
+
+/* A moving instance at a time: the transform is interpolated, then inverted as that of one that stands still. */
+static pt_xform pti_xform_between(const pt_xform *a, const pt_xform *b, float t) {
+    pt_xform x;
+    int i;
+    t = t > 0 ? pti_min(t, 1) : 0.0f;                    /* NaN is 0 */
+    for (i = 0; i < 12; i++) x.m[i] = (1 - t) * a->m[i] + t * b->m[i];
+    return x;
+}
+PTI_NOINLINE int pti_instance_move(const pti_instance *in, float time, pti_instance *out) {        /* 0: no inverse */
+    *out = *in;
+    out->to_world = pti_xform_between(&in->to_world, in->to_world_end, time);
+    return pti_xform_invert(&out->to_world, &out->to_local);
+}
+/* The instance as it is at a time; *moved is room for one. */
+static const pti_instance *pti_instance_at(const pti_instance *in, float time, pti_instance *moved) {
+    if (!in->to_world_end) return in;
+    pti_instance_move(in, time, moved);
+    return moved;
 }
 
 /* A ray, prepared once for all its tests. */
@@ -1570,7 +1643,15 @@ static void pti_mesh_triangle(const pti_mesh *m, uint32_t triangle, pt_vec3 v[3]
     int k;
     for (k = 0; k < 3; k++) v[k] = pti_mesh_position(m, pti_mesh_index(m, triangle, k));
 }
-/* Bounds of primitive i of a shape, wide enough for the rounding of whatever tests it. inner: of an instance's scene. */
+/* Bounds of a scene that is placed. */
+static void pti_bounds_placed(pti_bounds *b, const pti_bounds *inner, const pt_xform *to_world) {
+    int k;
+    for (k = 0; k < 8; k++)
+        pti_bounds_point(b, pti_xform_point(to_world, pt_v3(k & 1 ? inner->hi.x : inner->lo.x,
+                         k & 2 ? inner->hi.y : inner->lo.y, k & 4 ? inner->hi.z : inner->lo.z)));
+}
+/* Bounds of primitive i of a shape, wide enough for the rounding of whatever tests it. inner: of an instance's scene. Where
+   coefficients move linearly, so does every point, on a straight line that both ends' bounds hold. */
 static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bounds *inner) {
     pti_bounds b = pti_bounds_empty();
     pt_vec3 v[3];
@@ -1586,9 +1667,8 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
         break;
     case PTI_INSTANCE:
         if (inner->lo.x > inner->hi.x) return b;         /* an empty scene */
-        for (k = 0; k < 8; k++)
-            pti_bounds_point(&b, pti_xform_point(&s->as.instance.to_world, pt_v3(k & 1 ? inner->hi.x : inner->lo.x,
-                             k & 2 ? inner->hi.y : inner->lo.y, k & 4 ? inner->hi.z : inner->lo.z)));
+        pti_bounds_placed(&b, inner, &s->as.instance.to_world);
+        if (s->as.instance.to_world_end) pti_bounds_placed(&b, inner, s->as.instance.to_world_end);
         break;
     case PTI_USER:
         b.lo = s->as.user.lo;
@@ -2123,6 +2203,7 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
     const pti_geometry *g = scene;
     const pti_ray *r = world;
     pti_ray local;
+    pti_instance moved;
     uint32_t child = g->bvh.root, instance = 0, instance_prim = PTI_NONE, mask;
     int top = 0, found;
     for (;;) {
@@ -2142,6 +2223,10 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
             const pti_shape *s = g->shapes + PTI_INDEX(child);
             if (s->kind == PTI_INSTANCE) {
                 const pti_instance *in = &s->as.instance;
+                if (in->to_world_end) {
+                    if (!pti_instance_move(in, r->time, &moved)) goto pop;
+                    in = &moved;
+                }
                 pti_ray_prepare(&local, pti_xform_point(&in->to_local, pt_v3(r->org[0], r->org[1], r->org[2])),
                                 pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time);
                 instance = PTI_INDEX(child) + 1;
@@ -2241,9 +2326,10 @@ static void pti_vertex_orient(pt_vertex *x) {
 }
 static void pti_vertex_fill(const pti_geometry *g, const pti_ray *ray, pti_hit *hit, pt_vertex *x) {
     const pti_instance *in = hit->instance ? &g->shapes[hit->instance - 1].as.instance : NULL;
+    pti_instance moved;
     const pti_shape *s;
     pt_vec3 org = pt_v3(ray->org[0], ray->org[1], ray->org[2]), dir = pt_v3(ray->dir[0], ray->dir[1], ray->dir[2]), p;
-    if (in) g = in->of;
+    if (in) { in = pti_instance_at(in, ray->time, &moved); g = in->of; }
     if (!hit->shape) hit->shape = pti_find_shape(g, hit->prim) + 1;
     s = g->shapes + (hit->shape - 1);
     memset(x, 0, sizeof *x);
@@ -2302,8 +2388,10 @@ static void pti_coordinates_on_triangle(const pti_mesh *m, pt_vertex *x) {
 static void pti_vertex_coordinates(const pti_geometry *g, pt_vertex *x) {
     const pti_instance *in = x->instance.id ? &g->shapes[x->instance.id - 1].as.instance : NULL;
     const pti_shape *s = (in ? in->of : g)->shapes + (x->shape.id - 1);
+    pti_instance moved;
     pt_vec3 n = x->ng, b;
     float r;
+    if (in) in = pti_instance_at(in, x->time, &moved);
     if (s->kind == PTI_MESH) pti_coordinates_on_triangle(&s->as.mesh, x);
     else if (s->kind == PTI_SPHERE) {
         if (in) n = pti_normalize(pti_sub(pti_xform_point(&in->to_local, x->p), s->as.sphere.center));
@@ -4210,6 +4298,7 @@ PT_DEF void pt_scene_destroy(pt_scene *s) {
     for (i = 0; i < s->geometry.shape_count; i++) {
         pti_shape *shape = s->geometry.shapes + i;
         pti_mesh *m = &shape->as.mesh;
+        if (shape->kind == PTI_INSTANCE) pti_free(&a, shape->as.instance.to_world_end, 1, sizeof(pt_xform));
         if (shape->kind != PTI_MESH) continue;
         pti_free(&a, m->materials, shape->count, sizeof(uint32_t));
         if (!m->owned) continue;
@@ -4746,36 +4835,88 @@ static int pti_has_instances(const pt_scene *s) {
     for (i = 0; i < s->geometry.shape_count; i++) if (s->geometry.shapes[i].kind == PTI_INSTANCE) return 1;
     return 0;
 }
-PTI_NOINLINE pt_shape pti_add_instance_ieee(pt_scene *s, const pt_scene *of, const pt_xform *xform) {
-    const char *call = "pt_add_instance";
+static int pti_check_xform(pt_scene *s, const char *call, const char *name, const pt_xform *x, pt_xform *inverse) {
+    int i;
+    for (i = 0; i < 12; i++)
+        if (!pti_in_range(x->m[i])) {
+            pti_fail(&s->error, PT_ERR_ARG, "%s: %s must be finite and below 1e12 (it is %g)", call, name, (double)x->m[i]);
+            return 0;
+        }
+    if (pti_xform_invert(x, inverse)) return 1;
+    pti_fail(&s->error, PT_ERR_ARG, "%s: %s has no inverse (its determinant is %g)", call, name, pti_xform_det(x));
+    return 0;
+}
+/* Is there an inverse all along? The determinant of (1 - t) A + t B is linear in each row, so it is the cubic
+       sum_k d_k (1 - t)^(3-k) t^k,   d_k = sum of the determinants that have k rows of B and the others of A.
+   It is smallest at an end or where its slope is zero; there it must be more than what rounding leaves of its terms.
+   Returns the time at which it is not, or -1. */
+static double pti_flat_time(const pt_xform *a, const pt_xform *b) {
+    double d[4] = { 0, 0, 0, 0 }, c1, c2, c3, root, t[4] = { 0, 1, 0, 0 };
+    int mask, row, k;
+    for (mask = 0; mask < 8; mask++) {
+        pt_xform x = *a;
+        for (row = k = 0; row < 3; row++)
+            if (mask >> row & 1) { memcpy(x.m + 4 * row, b->m + 4 * row, 4 * sizeof(float)); k++; }
+        d[k] += pti_xform_det(&x);
+    }
+    c1 = d[1] - 3 * d[0]; c2 = 3 * d[0] - 2 * d[1] + d[2]; c3 = d[3] - d[2] + d[1] - d[0];   /* of t, t^2, t^3 */
+    root = c2 * c2 - 3 * c1 * c3;                        /* slope: c1 + 2 c2 t + 3 c3 t^2 */
+    root = c2 < 0 ? -c2 + sqrt(root > 0 ? root : 0) : -c2 - sqrt(root > 0 ? root : 0);
+    if (c3 < 0 || c3 > 0) t[2] = root / (3 * c3);
+    if (root < 0 || root > 0) t[3] = c1 / root;
+    for (k = 0; k < 4; k++) {
+        double u = 1 - t[k], w[4], det = 0, terms = 0;
+        if (!(t[k] >= 0 && t[k] <= 1)) continue;
+        w[0] = u * u * u; w[1] = u * u * t[k]; w[2] = u * t[k] * t[k]; w[3] = t[k] * t[k] * t[k];
+        for (row = 0; row < 4; row++) { det += w[row] * d[row]; terms += w[row] * (d[row] < 0 ? -d[row] : d[row]); }
+        if (!((d[0] < 0 ? -det : det) > 1e-6 * terms)) return t[k];
+    }
+    return -1;
+}
+PTI_NOINLINE pt_shape pti_add_placed(pt_scene *s, const char *call, const pt_scene *of, const pt_xform *from,
+                                     const pt_xform *to) {
     pt_shape none = { 0 };
     pt_material no_material = { 0 };
     pti_shape *shape;
-    pt_xform x = pti_xform_or_identity(xform), inverse;
-    int i;
+    pt_xform inverse, unused;
+    double flat;
     if (!pti_scene_open(s, call, of)
         || !pti_require(s, of != s, call, "a scene can not contain itself")
         || !pti_require(s, of->committed, call, "commit the scene before you place it")
         || !pti_require(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself")
-        || !pti_require(s, !of->has_spots, call, "a scene with spots can not be placed: their axes would not turn"))
-        return none;
-    for (i = 0; i < 12; i++)
-        if (!pti_check(s, pti_in_range(x.m[i]), call, "xform must be finite and below 1e12", x.m[i])) return none;
-    if (!pti_xform_invert(&x, &inverse)) {
-        pti_fail(&s->error, PT_ERR_ARG, "%s: xform has no inverse (its determinant is %g)", call, pti_xform_det(&x));
-        return none;
-    }
+        || !pti_require(s, !of->has_spots, call, "a scene with spots can not be placed: their axes would not turn")
+        || !pti_check_xform(s, call, to ? "from" : "xform", from, &inverse)
+        || (to && !pti_check_xform(s, call, "to", to, &unused))) return none;
+    flat = to ? pti_flat_time(from, to) : -1.0;
+    if (!pti_check(s, flat < 0, call, "on the way from one transform to the other there is one without an inverse",
+                   (float)flat)) return none;
     shape = pti_shape_slot(s, PTI_INSTANCE, 1, no_material);
     if (!shape) return none;
     shape->as.instance.of = &of->geometry;
     shape->as.instance.scene = of;
-    shape->as.instance.to_world = x;
+    shape->as.instance.to_world = *from;
     shape->as.instance.to_local = inverse;
+    if (to) {
+        shape->as.instance.to_world_end = (pt_xform *)pti_alloc(&s->allocator, 1, sizeof *to);
+        if (!shape->as.instance.to_world_end) {
+            pti_fail(&s->error, PT_ERR_MEMORY, "out of memory for the scene");
+            return none;
+        }
+        *shape->as.instance.to_world_end = *to;
+    }
     return pti_last_shape(s);
 }
 PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform *xform) {
     pti_fpmode mode = pti_fpmode_enter();
-    pt_shape id = pti_add_instance_ieee(s, of, xform);
+    pt_xform x = pti_xform_or_identity(xform);
+    pt_shape id = pti_add_placed(s, "pt_add_instance", of, &x, NULL);
+    pti_fpmode_leave(mode);
+    return id;
+}
+PT_DEF pt_shape pt_add_moving_instance(pt_scene *s, const pt_scene *of, const pt_xform *from, const pt_xform *to) {
+    pti_fpmode mode = pti_fpmode_enter();
+    pt_xform a = pti_xform_or_identity(from), b = pti_xform_or_identity(to);
+    pt_shape id = pti_add_placed(s, "pt_add_moving_instance", of, &a, &b);
     pti_fpmode_leave(mode);
     return id;
 }
@@ -5023,6 +5164,7 @@ static int pti_collect_emitters(pt_scene *s, const pt_scene *from, const pti_ins
         const pti_material *m = from->materials + shape->material;
         float scale = 1;
         if (shape->kind == PTI_INSTANCE) {
+            if (shape->as.instance.to_world_end) continue;         /* no one place in the light tree is right */
             if (!pti_collect_emitters(s, shape->as.instance.scene, &shape->as.instance)) return 0;
         } else if (shape->kind == PTI_MESH && (m->emits || shape->as.mesh.materials)) {
             if (!pti_emitters_of_mesh(s, shape, from->materials, in)) return 0;
@@ -5248,8 +5390,9 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
 /* ---- >>path --------------------------------------------------------------------------------------------
    The estimator, one ray a vertex:
        L += beta Le;   wi ~ p;   beta *= f |cos| / p
-   Dimensions: group 0 is the pixel's, group 1 + k that of vertex k. */
-#define PTI_GROUP_WAVELENGTH 0x80000000u
+   Dimensions: group 0 is the pixel's, group 1 + k that of vertex k; the moment and the wavelength have their own. */
+#define PTI_GROUP_SHUTTER 0xffffffffu                    /* no path has so many vertices */
+#define PTI_GROUP_WAVELENGTH 0xfffffffeu
 
 typedef struct pti_tracer {                              /* what all paths of a render share */
     const pt_scene *scene;
@@ -5271,10 +5414,21 @@ static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
     *potential = pti_scale(*potential, 1 / q);
     return 1;
 }
-static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, pt_vec3 org, pt_vec3 dir, uint64_t *rays) {
+/* The path's one wavelength, and in *beta its colour. */
+static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler, pt_vec3 *beta) {
+    pt_vec3 color;
+    uint32_t u[2];
+    float wavelength;
+    pti_draw2(sampler, PTI_GROUP_WAVELENGTH, 0, u);
+    wavelength = pti_sample_wavelength(&t->scene->spectrum, pti_u01(u[0]), &color);
+    *beta = pti_mul(*beta, color);
+    return wavelength;
+}
+/* wavelength: 0 where the camera let all of them through. */
+static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, const pt_ray *start, float wavelength,
+                                 uint64_t *rays) {
     const pt_scene *s = t->scene;
-    pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, color;
-    float wavelength = 0;
+    pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, org = start->org, dir = start->dir;
     int depth;
     for (depth = 0; ; depth++) {
         pti_ray ray;
@@ -5285,7 +5439,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         pti_mixture mix;
         pti_step step;
         uint32_t u[2], choice[2] = { 0, 0 };
-        pti_ray_prepare(&ray, org, dir, 0, 0);
+        pti_ray_prepare(&ray, org, dir, 0, start->time);
         pti_hit_init(&hit, 0);
         ++*rays;
         if (!t->trace(&s->geometry, &ray, &hit, 0)) 
@@ -5293,11 +5447,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         pti_vertex_fill(&s->geometry, &ray, &hit, &x);
         m = pti_material_at(s, &x);
         if (m->wants_coordinates || s->density_count) pti_vertex_coordinates(&s->geometry, &x);
-        if (m->disperses && !(wavelength > 0)) {
-            pti_draw2(sampler, PTI_GROUP_WAVELENGTH, 0, u);
-            wavelength = pti_sample_wavelength(&s->spectrum, pti_u01(u[0]), &color);
-            beta = pti_mul(beta, color);
-        }
+        if (m->disperses && !(wavelength > 0)) wavelength = pti_path_wavelength(t, sampler, &beta);
         x.wavelength = wavelength;
         if (m->emits) L = pti_add(L, pti_mul(beta, pti_material_emission(m, &x)));
         if (depth == t->max_depth) return L;
@@ -5320,51 +5470,177 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
 }
 
 /* ---- >>camera ------------------------------------------------------------------------------------------
-   Pinhole, or a thin lens: rays from all over a disk that meet in the plane of focus. Blur of a point at distance z:
-       diameter on the plane of focus = 2 aperture |z - focus| / z. */
+   From a point of the picture, one of the lens and one of the shutter's time to a ray. A thin lens: rays from all over the
+   aperture that meet in the plane of focus. Blur of a point at distance z:
+       diameter on the plane of focus = 2 aperture |z - focus| / z  (perspective),  2 aperture |z - focus| / focus
+   (orthographic, telecentric). Wide pictures have no one plane: there the lens faces each ray, and the focus is a sphere. */
 
 typedef struct pti_lens {
+    pt_camera camera;
     pt_vec3 eye, right, up, forward;
-    float half_width, half_height, aperture, focus;
+    float half_width, half_height, aspect, slope, aperture, focus;   /* sizes at distance 1; orthographic: in metres */
 } pti_lens;
+typedef struct pti_lens_point {
+    float x, y;                                          /* [0,1] across the picture, y downwards; filters reach beyond */
+    float u, v;                                          /* choose a point of the lens */
+    float shutter;                                       /* 0 opens to 1 closes */
+    float wavelength;                                    /* nm; 0 = white, which aberration leaves alone */
+} pti_lens_point;
 
+static void pti_lens_place(pti_lens *l, pt_vec3 eye, pt_vec3 target, pt_vec3 up) {
+    pt_vec3 view = pti_sub(target, eye);
+    up = pti_is_zero3(up) ? pt_v3(0, 1, 0) : pti_normalize(up);
+    l->eye = eye;
+    l->forward = pti_is_zero3(view) ? pt_v3(0, 0, -1) : pti_normalize(view);
+    l->right = pti_normalize(pti_cross(l->forward, up));
+    if (pti_largest_abs(pti_cross(l->forward, up)) < 1e-6f) pti_basis(l->forward, &l->right, &up);   /* straight up, down */
+    l->up = pti_cross(l->right, l->forward);
+    l->focus = l->camera.focus > 0 ? l->camera.focus : pti_max(pti_length(view), 1e-30f);
+    if (l->camera.projection == PT_CAMERA_ORTHOGRAPHIC) {
+        l->half_height = l->slope * (pti_is_zero3(view) ? 1.0f : pti_length(view));
+        if (l->camera.height > 0) l->half_height = 0.5f * l->camera.height;
+        l->half_width = l->half_height * l->aspect;
+    }
+}
 static pti_lens pti_lens_make(const pt_camera *c, int width, int height) {
     pti_lens l;
-    pt_vec3 up = pti_is_zero3(c->up) ? pt_v3(0, 1, 0) : pti_normalize(c->up), view = pti_sub(c->target, c->eye);
     float sine, cosine, angle = (c->vfov_deg > 0 ? c->vfov_deg : 40.0f) * (PTI_PI / 360);
-    l.eye = c->eye;
-    l.forward = pti_is_zero3(view) ? pt_v3(0, 0, -1) : pti_normalize(view);
-    l.right = pti_normalize(pti_cross(l.forward, up));
-    if (pti_largest_abs(pti_cross(l.forward, up)) < 1e-6f) pti_basis(l.forward, &l.right, &up);   /* straight up or down */
-    l.up = pti_cross(l.right, l.forward);
-    pti_sincos(angle, &sine, &cosine);
-    l.half_height = sine / cosine;
-    l.half_width = l.half_height * (float)width / (float)height;
+    memset(&l, 0, sizeof l);
+    l.camera = *c;
     l.aperture = c->aperture;
-    l.focus = c->focus > 0 ? c->focus : pti_max(pti_length(view), 1e-30f);
+    l.aspect = (float)width / (float)height;
+    pti_sincos(angle, &sine, &cosine);
+    l.half_height = l.slope = sine / cosine;
+    l.half_width = l.half_height * (float)width / (float)height;
+    if (c->projection == PT_CAMERA_FISHEYE) {            /* the circle's radius is 1 */
+        l.half_width = pti_max(l.aspect, 1);
+        l.half_height = pti_max(1 / l.aspect, 1);
+    }
+    pti_lens_place(&l, c->eye, c->target, c->up);
     return l;
 }
-/* x and y in [0,1] across the picture, y downwards; u and v choose a point of the lens. */
-static void pti_lens_ray(const pti_lens *l, float x, float y, float u, float v, pt_vec3 *org, pt_vec3 *dir) {
-    pt_vec3 d = pti_madd(l->right, (2 * x - 1) * l->half_width, pti_madd(l->up, (1 - 2 * y) * l->half_height, l->forward));
-    *org = l->eye;
-    if (l->aperture > 0) {
-        float lx, ly;
-        pt_vec3 shift;
-        pti_sample_disk(u, v, &lx, &ly);
-        shift = pti_scale(pti_madd(l->right, lx, pti_scale(l->up, ly)), l->aperture);
-        *org = pti_add(*org, shift);
-        d = pti_madd(shift, -1 / l->focus, d);           /* both rays pass eye + focus d */
+static pt_vec3 pti_between(pt_vec3 a, pt_vec3 b, float t) { return pti_madd(a, 1 - t, pti_scale(b, t)); }
+static pt_vec3 pti_up_or_y(pt_vec3 up) { return pti_is_zero3(up) ? pt_v3(0, 1, 0) : up; }
+static pti_lens pti_lens_at(const pti_lens *l, float shutter) {      /* of a moving camera */
+    const pt_camera *c = &l->camera;
+    pti_lens at = *l;
+    pti_lens_place(&at, pti_between(c->eye, c->eye_end, shutter), pti_between(c->target, c->target_end, shutter),
+                   pti_between(pti_up_or_y(c->up), pti_up_or_y(c->up_end), shutter));
+    return at;
+}
+
+/* Uniform over the regular polygon with n corners at distance 1, the first at the angle `turn`. As Shirley and Chiu's map
+   makes circles of the squares about the middle, this makes polygons of them: r is the square's size, s in [0,1) the way
+   along its rim. Both rims have area elements in proportion to r dr ds, so areas keep their ratio, and strata their
+   neighbours. */
+static void pti_sample_polygon(int n, float turn, float u, float v, float *x, float *y) {
+    float a = 2 * u - 1, b = 2 * v - 1, r, s, f, s0, c0, s1, c1;
+    int k;
+    if (a == 0 && b == 0) { *x = *y = 0; return; }
+    if (a * a > b * b) { r = a; s = b / a / 8; }
+    else               { r = b; s = 0.25f - a / b / 8; }
+    if (r < 0) { r = -r; s += 0.5f; }
+    if (s < 0) s += 1;
+    f = s * (float)n;
+    k = (int)f < n ? (int)f : n - 1;
+    f -= (float)k;
+    pti_sincos(turn + 2 * PTI_PI * (float)k / (float)n, &s0, &c0);
+    pti_sincos(turn + 2 * PTI_PI * (float)(k + 1) / (float)n, &s1, &c1);
+    *x = r * (c0 + f * (c1 - c0));
+    *y = r * (s0 + f * (s1 - s0));
+}
+static inline float pti_polygon_area(int n) {            /* its density is 1 / area */
+    float s, c;
+    pti_sincos(2 * PTI_PI / (float)n, &s, &c);
+    return 0.5f * (float)n * s;
+}
+static pt_vec3 pti_lens_offset(const pti_lens *l, float u, float v, pt_vec3 right, pt_vec3 up) {
+    float x, y;
+    if (l->camera.blades) pti_sample_polygon(l->camera.blades, l->camera.blade_rotation_deg * (PTI_PI / 180), u, v, &x, &y);
+    else pti_sample_disk(u, v, &x, &y);
+    return pti_scale(pti_madd(right, x, pti_scale(up, y)), l->aperture);
+}
+
+/* What distortion and aberration multiply the distance from the axis with. */
+PTI_NOINLINE float pti_lens_bend(const pti_lens *l, float a, float b, float wavelength) {
+    float k = 1 + l->camera.distortion * ((a * a + b * b) / (l->half_height * l->half_height));
+    return wavelength > 0 ? k / (1 + l->camera.aberration * ((wavelength - 550) / 300)) : k;
+}
+/* Where the axis is the origin and half the height is half_height. */
+PTI_INLINE void pti_lens_plane(const pti_lens *l, const pti_lens_point *p, float *a, float *b) {
+    float k;
+    *a = (2 * p->x - 1 + 2 * l->camera.shift_x) * l->half_width;
+    *b = (1 - 2 * p->y + 2 * l->camera.shift_y) * l->half_height;
+    if (!(l->camera.distortion != 0 || p->wavelength > 0)) return;
+    k = pti_lens_bend(l, *a, *b, p->wavelength);
+    *a *= k;
+    *b *= k;
+}
+/* The direction of a point of a wide picture, and what is right and up of it, in coordinates right, up, forward of the
+   camera. 0: outside the picture. */
+static int pti_lens_wide(const pti_lens *l, const pti_lens_point *p, pt_vec3 *right, pt_vec3 *up, pt_vec3 *dir) {
+    float s, c, x, y, r;
+    if (l->camera.projection == PT_CAMERA_EQUIRECTANGULAR) {
+        pti_sincos((2 * p->x - 1) * PTI_PI, &x, &y);     /* longitude */
+        pti_sincos((0.5f - p->y) * PTI_PI, &s, &c);      /* latitude */
+        *dir = pt_v3(x * c, s, y * c);
+        *right = pt_v3(y, 0, -x);
+        *up = pt_v3(-x * s, c, -y * s);
+        return 1;
     }
-    *dir = pti_normalize(d);
+    x = (2 * p->x - 1) * l->half_width;
+    y = (1 - 2 * p->y) * l->half_height;
+    r = sqrtf(x * x + y * y);
+    if (!(r <= 1)) return 0;
+    pti_sincos(r * (l->camera.vfov_deg > 0 ? l->camera.vfov_deg : 180.0f) * (PTI_PI / 360), &s, &c);
+    if (r > 0) { x /= r; y /= r; } else { x = 1; y = 0; }
+    *dir = pt_v3(x * s, y * s, c);                       /* the frame is turned with it, the shortest way */
+    *right = pt_v3(x * x * c + y * y, x * y * c - x * y, -x * s);
+    *up = pt_v3(x * y * c - x * y, y * y * c + x * x, -y * s);
+    return 1;
+}
+/* The ray, and what its radiance counts: 0 = outside the picture, black, and there is no ray. */
+static float pti_lens_ray(const pti_lens *l, const pti_lens_point *p, pt_ray *ray) {
+    const pt_camera *c = &l->camera;
+    pti_lens moved;
+    pt_vec3 org, d, right, up, shift;
+    float a, b, weight = 1;
+    if (c->moving) { moved = pti_lens_at(l, p->shutter); l = &moved; }
+    org = l->eye; d = l->forward; right = l->right; up = l->up;
+    if (c->projection == PT_CAMERA_PERSPECTIVE) {
+        pti_lens_plane(l, p, &a, &b);
+        d = pti_madd(right, a, pti_madd(up, b, d));
+        if (c->vignetting > 0) {
+            b = 1 / pti_dot(d, d);                       /* cos^2 */
+            weight += c->vignetting * (b * b - 1);
+        }
+    } else if (c->projection == PT_CAMERA_ORTHOGRAPHIC) {
+        pti_lens_plane(l, p, &a, &b);
+        org = pti_madd(right, a, pti_madd(up, b, org));
+    } else {
+        if (!pti_lens_wide(l, p, &right, &up, &d)) return 0;
+        right = pti_to_world(l->right, l->up, l->forward, right);
+        up = pti_to_world(l->right, l->up, l->forward, up);
+        d = pti_to_world(l->right, l->up, l->forward, d);
+    }
+    if (l->aperture > 0) {
+        shift = pti_lens_offset(l, p->u, p->v, right, up);
+        org = pti_add(org, shift);
+        d = pti_madd(shift, -1 / l->focus, d);           /* both rays pass the same point of the plane of focus */
+    }
+    ray->org = org;
+    ray->dir = pti_normalize(d);
+    ray->tmin = ray->tmax = 0;
+    ray->time = c->shutter_open + p->shutter * (c->shutter_close - c->shutter_open);
+    return weight;
 }
 
 /* ---- >>film --------------------------------------------------------------------------------------------
    Sums that are exact: each sample is cut to a multiple of 2^-64 and added as a 128-bit integer. So they never drift, not at
    a million samples a pixel, and do not depend on the order: ranges of samples merged equal the whole, bit for bit. There is
-   room for 1.8e7 samples of the largest radiance allowed. */
+   room for 9e6 samples of the largest radiance allowed. */
 
-typedef struct pti_sum { uint64_t hi, lo; } pti_sum;     /* hi + lo 2^-64, never negative */
+typedef struct pti_sum { uint64_t hi, lo; } pti_sum;     /* hi + lo 2^-64, two's complement */
 typedef struct pti_pixel { pti_sum rgb[3]; uint32_t count; } pti_pixel;
 
 #define PTI_MAX_RADIANCE 1e12f
@@ -5373,7 +5649,12 @@ static void pti_sum_add(pti_sum *a, pti_sum b) {
     a->lo += b.lo;
     a->hi += b.hi + (a->lo < b.lo);
 }
-static pti_sum pti_sum_of(float x) {                     /* 0 <= x <= PTI_MAX_RADIANCE */
+static pti_sum pti_sum_negate(pti_sum a) {
+    a.lo = ~a.lo + 1;
+    a.hi = ~a.hi + (a.lo == 0);
+    return a;
+}
+static pti_sum pti_sum_of(float x) {                     /* 0 <= x, not much above PTI_MAX_RADIANCE */
     pti_sum s = { 0, 0 };
     uint32_t bits;
     uint64_t mantissa;
@@ -5388,17 +5669,102 @@ static pti_sum pti_sum_of(float x) {                     /* 0 <= x <= PTI_MAX_RA
     return s;
 }
 static float pti_sum_mean(pti_sum s, uint32_t count) {
-    return count ? (float)(((double)s.hi + (double)s.lo * (1.0 / 18446744073709551616.0)) / (double)count) : 0.0f;
+    int negative = s.hi >> 63 != 0;
+    double sum;
+    if (!count) return 0;
+    if (negative) s = pti_sum_negate(s);
+    sum = (double)s.hi + (double)s.lo * (1.0 / 18446744073709551616.0);
+    return (float)((negative ? -sum : sum) / (double)count);
 }
-/* 0 if the sample was unfit and counts as black. */
-static int pti_pixel_add(pti_pixel *p, pt_vec3 c) {
+PTI_NOINLINE void pti_pixel_subtract(pti_pixel *p, pt_vec3 c) {
+    pti_sum_add(&p->rgb[0], pti_sum_negate(pti_sum_of(c.x)));
+    pti_sum_add(&p->rgb[1], pti_sum_negate(pti_sum_of(c.y)));
+    pti_sum_add(&p->rgb[2], pti_sum_negate(pti_sum_of(c.z)));
+}
+/* weight: the filter's. 0 if the sample was unfit and counts as black. */
+static int pti_pixel_add(pti_pixel *p, pt_vec3 c, float weight) {
     int fine = c.x >= 0 && c.y >= 0 && c.z >= 0 && pti_largest(c) <= PTI_MAX_RADIANCE;           /* false for NaN */
     p->count++;
     if (!fine) return 0;
+    c = pti_scale(c, fabsf(weight));
+    if (weight < 0) { pti_pixel_subtract(p, c); return 1; }
     pti_sum_add(&p->rgb[0], pti_sum_of(c.x));
     pti_sum_add(&p->rgb[1], pti_sum_of(c.y));
     pti_sum_add(&p->rgb[2], pti_sum_of(c.z));
     return 1;
+}
+
+/* Filters. The value of a pixel at the origin is
+       integral f(x) f(y) L(x, y) dx dy / (integral f)^2,
+   estimated by points drawn from |f|: with A = integral |f|, each weighs sign f(x) sign f(y) (A / integral f)^2, so that a
+   sample belongs to one pixel alone, and an f that is nowhere negative has weights of 1 (Ernst, Stamminger, Greiner 2006).
+   f is even: the upper and the lower half of [0,1) go to the two sides, from the middle outwards, and strata stay. Box and
+   tent are inverted in closed form; the others are steps of a table, and drawn from that very table. */
+#define PTI_FILTER_CELLS 512
+typedef struct pti_filter {
+    pt_filter kind;
+    float radius, weight;                                /* (A / integral f)^2 */
+    int positive;                                        /* f >= 0 in the first so many cells, < 0 in the others */
+    float table[PTI_FILTER_CELLS + 1];
+} pti_filter;
+
+static double pti_filter_value(pt_filter kind, double x) {           /* up to a factor; x in [0,1] of the radius */
+    double s, c;
+    switch (kind) {
+    case PT_FILTER_TENT:
+        return 1 - x;
+    case PT_FILTER_GAUSSIAN:
+        return (double)pti_exp_double(-4.5 * x * x) - 0.011108996538242306;      /* e^-4.5 */
+    case PT_FILTER_MITCHELL:
+        x *= 2;
+        return x < 1 ? (7 * x - 12) * x * x + 16.0 / 3 : ((-7.0 / 3 * x + 12) * x - 20) * x + 32.0 / 3;
+    case PT_FILTER_BLACKMAN_HARRIS:
+        pti_sincos_double(3.141592653589793 * x, &s, &c);
+        return 0.35875 + 0.48829 * c + 0.14128 * (2 * c * c - 1) + 0.01168 * (4 * c * c - 3) * c;
+    default:
+        return 1;
+    }
+}
+static void pti_filter_make(pti_filter *f, pt_filter kind, float radius) {
+    static const float own[] = { 0.5f, 0.5f, 1, 1.5f, 2, 1.5f };
+    float value[PTI_FILTER_CELLS];
+    double sum = 0, absolute = 0;
+    int i;
+    f->kind = kind;
+    f->radius = radius > 0 ? radius : own[kind];
+    f->positive = 0;
+    for (i = 0; i < PTI_FILTER_CELLS; i++) {
+        double v = pti_filter_value(kind, (i + 0.5) / PTI_FILTER_CELLS);
+        f->positive += v >= 0;
+        value[i] = (float)(v < 0 ? -v : v);
+        absolute += (double)value[i];
+        sum += v < 0 ? -(double)value[i] : (double)value[i];
+    }
+    f->weight = (float)(absolute / sum * (absolute / sum));
+    pti_table_build(f->table, value, PTI_FILTER_CELLS);
+}
+PTI_NOINLINE float pti_filter_invert(const pti_filter *f, float u, float *weight) {
+    float a = fabsf(2 * u - 1), x;
+    int cell;
+    if (f->kind == PT_FILTER_TENT) x = a / (1 + sqrtf(1 - a));       /* 1 - (1 - x)^2 = a */
+    else {
+        x = pti_sample_table(f->table, PTI_FILTER_CELLS, a, &cell);
+        if (cell >= f->positive) *weight = -*weight;
+    }
+    x *= f->radius;
+    return u < 0.5f ? -x : x;
+}
+/* In pixels, from the middle of the pixel. *weight changes its sign where f is negative. */
+PTI_INLINE float pti_filter_sample(const pti_filter *f, float u, float *weight) {
+    return f->kind <= PT_FILTER_BOX ? (2 * u - 1) * f->radius : pti_filter_invert(f, u, weight);
+}
+static inline float pti_pdf_filter(const pti_filter *f, float x) {   /* per pixel */
+    float a = fabsf(x) / f->radius;
+    int cell = (int)(a * PTI_FILTER_CELLS);
+    if (!(a < 1)) return 0;
+    if (f->kind <= PT_FILTER_BOX) return 0.5f / f->radius;
+    if (f->kind == PT_FILTER_TENT) return (1 - a) / f->radius;
+    return 0.5f / f->radius * pti_pdf_table(f->table, PTI_FILTER_CELLS, cell);
 }
 
 /* ---- >>render ------------------------------------------------------------------------------------------
@@ -5413,6 +5779,8 @@ struct pt_render {
     pt_render_desc desc;
     pti_tracer tracer;
     pti_lens lens;
+    pti_filter filter;
+    int width, height;                                   /* of the film: the crop's, 0 until there is one */
     uint32_t seed, strata_x, strata_y;
     uint32_t aim;                                        /* samples a pixel */
     int tiles_x, tiles_y, tile_count, next_tile, tiles_done, inside, cancelled;   /* inside: how many tiles are busy */
@@ -5431,7 +5799,7 @@ PT_DEF void pt_render_destroy(pt_render *r) {
     size_t n;
     if (!r) return;
     a = r->allocator;
-    n = (size_t)r->desc.width * (size_t)r->desc.height;
+    n = (size_t)r->width * (size_t)r->height;
     if (r->has_lock) pti_mutex_free(&r->lock);
     if (r->has_progress_lock) pti_mutex_free(&r->progress_lock);
     pti_free(&a, r->film, n, sizeof *r->film);
@@ -5457,15 +5825,64 @@ static int pti_check_point(pt_render *r, pt_vec3 v, const char *what) {
              (double)v.y, (double)v.z);
     return 0;
 }
-static int pti_check_camera(pt_render *r, const pt_camera *c) {
-    return pti_check_point(r, c->eye, "camera.eye") && pti_check_point(r, c->target, "camera.target")
-        && pti_check_point(r, c->up, "camera.up")
-        && pti_check_float(r, c->vfov_deg >= 0 && c->vfov_deg < 180, c->vfov_deg,
-                           "camera.vfov_deg must be below 180, or 0 for 40")
-        && pti_check_float(r, c->aperture >= 0 && pti_in_range(c->aperture), c->aperture,
+/* Does r (1 + k1 r^2) grow all the way to the farthest corner? */
+static int pti_distortion_grows(const pt_camera *c, float aspect) {
+    float x = (1 + 2 * fabsf(c->shift_x)) * aspect, y = 1 + 2 * fabsf(c->shift_y);
+    return fabsf(c->distortion) <= 100 && 1 + 3 * c->distortion * (x * x + y * y) > 0;
+}
+static int pti_check_lens(pt_render *r, const pt_camera *c) {
+    float aspect = (float)r->desc.width / (float)r->desc.height;
+    int flat = c->projection == PT_CAMERA_PERSPECTIVE || c->projection == PT_CAMERA_ORTHOGRAPHIC;
+    return pti_check_float(r, c->aperture >= 0 && pti_in_range(c->aperture), c->aperture,
                            "camera.aperture must be finite and >= 0")
         && pti_check_float(r, c->focus >= 0 && pti_in_range(c->focus), c->focus,
-                           "camera.focus must be finite and > 0, or 0 for the target");
+                           "camera.focus must be finite and > 0, or 0 for the target")
+        && pti_check_range(r, c->blades, c->blades ? 3 : 0, 16, "camera.blades")
+        && pti_check_float(r, fabsf(c->blade_rotation_deg) <= 36000, c->blade_rotation_deg,
+                           "camera.blade_rotation_deg must be within 36000")
+        && pti_check_float(r, fabsf(c->shift_x) <= (flat ? 10.0f : 0.0f), c->shift_x, flat
+                           ? "camera.shift_x must be within 10" : "camera.shift_x must be 0 with this projection")
+        && pti_check_float(r, fabsf(c->shift_y) <= (flat ? 10.0f : 0.0f), c->shift_y, flat
+                           ? "camera.shift_y must be within 10" : "camera.shift_y must be 0 with this projection")
+        && pti_check_float(r, flat ? pti_distortion_grows(c, aspect) : c->distortion == 0, c->distortion, flat
+                           ? "camera.distortion must be within 100, and 1 + 3 k1 r^2 above 0 in the corners"
+                           : "camera.distortion must be 0 with this projection")
+        && pti_check_float(r, fabsf(c->aberration) <= (flat ? 0.5f : 0.0f), c->aberration, flat
+                           ? "camera.aberration must be within 0.5" : "camera.aberration must be 0 with this projection")
+        && pti_check_float(r, c->vignetting >= 0 && c->vignetting <= (c->projection ? 0.0f : 1.0f), c->vignetting,
+                           c->projection ? "camera.vignetting must be 0 with this projection"
+                           : "camera.vignetting must be between 0 and 1");
+}
+static int pti_check_shutter(pt_render *r, const pt_camera *c) {
+    return pti_check_float(r, pti_in_range(c->shutter_open), c->shutter_open,
+                           "camera.shutter_open must be finite and below 1e12")
+        && pti_check_float(r, pti_in_range(c->shutter_close) && c->shutter_close >= c->shutter_open, c->shutter_close,
+                           "camera.shutter_close must be finite and not before shutter_open")
+        && pti_check_range(r, c->moving, 0, 1, "camera.moving")
+        && pti_check_float(r, !c->moving || c->shutter_close > c->shutter_open, c->shutter_close,
+                           "camera.moving needs a shutter_close after shutter_open")
+        && pti_check_point(r, c->eye_end, "camera.eye_end") && pti_check_point(r, c->target_end, "camera.target_end")
+        && pti_check_point(r, c->up_end, "camera.up_end");
+}
+static int pti_check_camera(pt_render *r, const pt_camera *c) {
+    int fisheye = c->projection == PT_CAMERA_FISHEYE;
+    return pti_check_point(r, c->eye, "camera.eye") && pti_check_point(r, c->target, "camera.target")
+        && pti_check_point(r, c->up, "camera.up")
+        && pti_check_range(r, (int)c->projection, PT_CAMERA_PERSPECTIVE, PT_CAMERA_FISHEYE, "camera.projection")
+        && pti_check_float(r, c->vfov_deg >= 0 && (fisheye ? c->vfov_deg <= 360 : c->vfov_deg < 180), c->vfov_deg, fisheye
+                           ? "camera.vfov_deg must be up to 360, or 0 for 180"
+                           : "camera.vfov_deg must be below 180, or 0 for 40")
+        && pti_check_float(r, c->height >= 0 && pti_in_range(c->height), c->height,
+                           "camera.height must be finite and > 0, or 0 for what vfov_deg sees")
+        && pti_check_lens(r, c) && pti_check_shutter(r, c);
+}
+static int pti_check_crop(pt_render *r, pt_render_desc *d) {         /* zeros become all the rest */
+    if (!pti_check_range(r, d->crop_x, 0, d->width - 1, "crop_x")
+        || !pti_check_range(r, d->crop_y, 0, d->height - 1, "crop_y")) return 0;
+    if (!d->crop_width) d->crop_width = d->width - d->crop_x;
+    if (!d->crop_height) d->crop_height = d->height - d->crop_y;
+    return pti_check_range(r, d->crop_width, 1, d->width - d->crop_x, "crop_width")
+        && pti_check_range(r, d->crop_height, 1, d->height - d->crop_y, "crop_height");
 }
 static int pti_check_isa(pt_render *r, const char *name, int *isa) {
     *isa = name ? pti_isa_by_name(name) : pti_isa_best();
@@ -5478,10 +5895,14 @@ static int pti_check_render(pt_render *r, int *isa) {
     const pt_render_desc *d = &r->desc;
     const pt_weights *w = &d->weights;
     return pti_check_range(r, d->width, 1, 65536, "width") && pti_check_range(r, d->height, 1, 65536, "height")
+        && pti_check_crop(r, &r->desc)
         && pti_check_range(r, d->spp, 1, 0x7fffffff, "spp") && pti_check_range(r, d->max_depth, 1, 0x7ffffff, "max_depth")
         && pti_check_range(r, d->tile, 1, 65536, "tile") && pti_check_range(r, d->threads, 1, 4096, "threads")
         && pti_check_range(r, d->first_sample, 0, 0x7fffffff - d->spp, "first_sample")
         && pti_check_range(r, (int)d->sampler, PT_SAMPLER_SOBOL, PT_SAMPLER_RANDOM, "sampler")
+        && pti_check_range(r, (int)d->filter, PT_FILTER_DEFAULT, PT_FILTER_BLACKMAN_HARRIS, "filter")
+        && pti_check_float(r, d->filter_radius >= 0 && d->filter_radius <= 64, d->filter_radius,
+                           "filter_radius must be up to 64, or 0 for the filter's own")
         && pti_check_camera(r, &d->camera) && pti_check_isa(r, d->isa, isa)
         && pti_check_float(r, w->bsdf >= 0 && w->bsdf <= 1e6f, w->bsdf, "weights.bsdf must be finite and >= 0")
         && pti_check_float(r, w->lights >= 0 && w->lights <= 1e6f, w->lights, "weights.lights must be finite and >= 0")
@@ -5489,10 +5910,12 @@ static int pti_check_render(pt_render *r, int *isa) {
                            "weights.environment must be finite and >= 0");
 }
 static int pti_render_allocate(pt_render *r) {
-    size_t n = (size_t)r->desc.width * (size_t)r->desc.height;
+    size_t n = (size_t)r->desc.crop_width * (size_t)r->desc.crop_height;
     const pt_allocator *a = &r->allocator;
-    r->tiles_x = (r->desc.width + r->desc.tile - 1) / r->desc.tile;
-    r->tiles_y = (r->desc.height + r->desc.tile - 1) / r->desc.tile;
+    r->width = r->desc.crop_width;
+    r->height = r->desc.crop_height;
+    r->tiles_x = (r->width + r->desc.tile - 1) / r->desc.tile;
+    r->tiles_y = (r->height + r->desc.tile - 1) / r->desc.tile;
     if (r->tiles_x > 0x7fffffff / r->tiles_y) return 0;
     r->tile_count = r->tiles_x * r->tiles_y;
     r->thread_count = r->desc.threads < r->tile_count ? r->desc.threads : r->tile_count;
@@ -5535,12 +5958,13 @@ PTI_NOINLINE pt_render *pti_render_create(const pt_scene *s, const pt_render_des
     if (!d->max_depth) r->desc.max_depth = 64;
     if (!d->tile) r->desc.tile = 32;
     if (!d->threads) r->desc.threads = pti_cores();
-    if (!pti_check_render(r, &isa)) { r->desc.width = r->desc.height = 0; return r; }
+    if (!pti_check_render(r, &isa)) return r;
     if (!pti_render_allocate(r)) { pt_render_destroy(r); return NULL; }
     pti_render_strata(r);
     r->aim = (uint32_t)r->desc.spp;
     r->seed = pti_hash2((uint32_t)d->seed, (uint32_t)(d->seed >> 32));
     r->lens = pti_lens_make(&d->camera, d->width, d->height);
+    pti_filter_make(&r->filter, d->filter, d->filter_radius);
     r->tracer.scene = s;
     r->tracer.trace = pti_trace_for(isa);
     r->tracer.weights = d->weights;
@@ -5554,30 +5978,43 @@ PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
     return r;
 }
 
-static void pti_render_pixel(pt_render *r, int x, int y, pt_stats *stats) {
-    pti_pixel *p = r->film + (size_t)y * (size_t)r->desc.width + (size_t)x;
+/* x and y: in the full picture, which alone the numbers depend on. */
+static void pti_render_pixel(pt_render *r, pti_pixel *p, int x, int y, pt_stats *stats) {
+    int exposes = r->desc.camera.shutter_close > r->desc.camera.shutter_open;
     pti_sampler sampler;
     sampler.kind = r->desc.sampler;
     sampler.pixel_seed = pti_hash2((uint32_t)x, pti_hash2((uint32_t)y, r->seed));
     sampler.strata_x = r->strata_x;
     sampler.strata_y = r->strata_y;
     while (p->count < r->aim) {
-        uint32_t u[2], v[2] = { 0, 0 };
-        pt_vec3 org, dir;
+        uint32_t u[2], v[2] = { 0, 0 }, t[2] = { 0, 0 };
+        float weight = r->filter.weight, seen;
+        pti_lens_point at;
+        pt_vec3 c = pt_v3(0, 0, 0), color = pt_v3(1, 1, 1);
+        pt_ray ray;
         sampler.index = (uint32_t)r->desc.first_sample + p->count;
         pti_draw2(&sampler, 0, 0, u);
         if (r->lens.aperture > 0) pti_draw2(&sampler, 0, 1, v);
-        pti_lens_ray(&r->lens, ((float)x + pti_u01(u[0])) / (float)r->desc.width,
-                     ((float)y + pti_u01(u[1])) / (float)r->desc.height, pti_u01(v[0]), pti_u01(v[1]), &org, &dir);
-        stats->paths++;
-        if (!pti_pixel_add(p, pti_path_radiance(&r->tracer, &sampler, org, dir, &stats->rays))) stats->discarded++;
+        if (exposes) pti_draw2(&sampler, PTI_GROUP_SHUTTER, 0, t);
+        at.x = ((float)x + (0.5f + pti_filter_sample(&r->filter, pti_u01(u[0]), &weight))) / (float)r->desc.width;
+        at.y = ((float)y + (0.5f + pti_filter_sample(&r->filter, pti_u01(u[1]), &weight))) / (float)r->desc.height;
+        at.u = pti_u01(v[0]); at.v = pti_u01(v[1]);
+        at.shutter = pti_u01(t[0]);
+        at.wavelength = r->lens.camera.aberration != 0 ? pti_path_wavelength(&r->tracer, &sampler, &color) : 0.0f;
+        seen = pti_lens_ray(&r->lens, &at, &ray);
+        if (seen > 0) {
+            stats->paths++;
+            c = pti_path_radiance(&r->tracer, &sampler, &ray, at.wavelength, &stats->rays);
+            c = pti_mul(c, pti_scale(color, seen));
+        }
+        if (!pti_pixel_add(p, c, weight)) stats->discarded++;
     }
 }
-static void pti_tile_rect(const pt_render *r, int tile, int *x0, int *y0, int *x1, int *y1) {
+static void pti_tile_rect(const pt_render *r, int tile, int *x0, int *y0, int *x1, int *y1) {        /* of the film */
     *x0 = tile % r->tiles_x * r->desc.tile;
     *y0 = tile / r->tiles_x * r->desc.tile;
-    *x1 = r->desc.width - *x0 < r->desc.tile ? r->desc.width : *x0 + r->desc.tile;
-    *y1 = r->desc.height - *y0 < r->desc.tile ? r->desc.height : *y0 + r->desc.tile;
+    *x1 = r->width - *x0 < r->desc.tile ? r->width : *x0 + r->desc.tile;
+    *y1 = r->height - *y0 < r->desc.tile ? r->height : *y0 + r->desc.tile;
 }
 static int pti_is_cancelled(pt_render *r) {
     int c;
@@ -5592,7 +6029,9 @@ static int pti_render_tile(pt_render *r, int tile, pt_stats *stats) {
     pti_fpmode mode = pti_fpmode_enter();
     pti_tile_rect(r, tile, &x0, &y0, &x1, &y1);
     for (y = y0; y < y1 && !pti_is_cancelled(r); y++)
-        for (x = x0; x < x1; x++) pti_render_pixel(r, x, y, stats);
+        for (x = x0; x < x1; x++)
+            pti_render_pixel(r, r->film + (size_t)y * (size_t)r->width + (size_t)x, r->desc.crop_x + x, r->desc.crop_y + y,
+                             stats);
     pti_fpmode_leave(mode);
     return y == y1;
 }
@@ -5685,10 +6124,12 @@ PT_DEF pt_result pt_render_merge(pt_render *into, pt_render *from) {
     if (!into || !from) return PT_ERR_MEMORY;
     if (into->error.code != PT_OK) return into->error.code;
     if (from->error.code != PT_OK) return from->error.code;
-    if (into == from || into->desc.width != from->desc.width || into->desc.height != from->desc.height) return PT_ERR_ARG;
+    if (into == from || into->desc.width != from->desc.width || into->desc.height != from->desc.height
+        || into->desc.crop_x != from->desc.crop_x || into->desc.crop_y != from->desc.crop_y
+        || into->width != from->width || into->height != from->height) return PT_ERR_ARG;
     if (!pti_is_finished(into) || !pti_is_finished(from)) return PT_ERR_STATE;
     if (into->aim + from->aim > 0x7fffffffu) return PT_ERR_ARG;
-    n = (size_t)into->desc.width * (size_t)into->desc.height;
+    n = (size_t)into->width * (size_t)into->height;
     for (i = 0; i < n; i++) {
         for (k = 0; k < 3; k++) pti_sum_add(&into->film[i].rgb[k], from->film[i].rgb[k]);
         into->film[i].count += from->film[i].count;
@@ -5705,7 +6146,7 @@ PTI_NOINLINE void pti_resolve_tile(pt_render *r, int tile) {
     pti_tile_rect(r, tile, &x0, &y0, &x1, &y1);
     for (y = y0; y < y1; y++)
         for (x = x0; x < x1; x++) {
-            size_t i = (size_t)y * (size_t)r->desc.width + (size_t)x;
+            size_t i = (size_t)y * (size_t)r->width + (size_t)x;
             for (k = 0; k < 3; k++) r->pixels[3 * i + (size_t)k] = pti_sum_mean(r->film[i].rgb[k], r->film[i].count);
         }
 }

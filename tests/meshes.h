@@ -155,7 +155,8 @@ static inline void brute_geometry(const pti_geometry *g, const pti_ray *r, pti_h
     for (i = 0; i < g->shape_count; i++) {
         const pti_shape *s = g->shapes + i;
         if (s->kind == PTI_INSTANCE) {
-            const pti_instance *in = &s->as.instance;
+            pti_instance moved;
+            const pti_instance *in = pti_instance_at(&s->as.instance, r->time, &moved);
             pti_ray local;
             pti_ray_prepare(&local, pti_xform_point(&in->to_local, pt_v3(r->org[0], r->org[1], r->org[2])),
                             pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time);

@@ -4,6 +4,8 @@
 #include "../pt.h"
 #include "test.h"
 #include "meshes.h"
+#include "stats.h"
+#include "scenes.h"
 
 typedef struct kernels { const char *name; int isa; pti_boxes_kernel *boxes; pti_triangles_kernel *triangles; } kernels;
 static const kernels all_kernels[] = {
@@ -290,6 +292,225 @@ static void any_length_of_direction(void) {
     mesh_free(&m);
 }
 
+/* ---- motion ---- */
+
+static pt_xform moved_a_bit(pt_rng *r, const pt_xform *from, double turn) {    /* every coefficient, not too far */
+    pt_xform x = *from;
+    int i;
+    for (i = 0; i < 12; i++) x.m[i] += (float)between(r, -1, 1) * (i % 4 == 3 ? 1 : (float)turn);
+    return x;
+}
+static pt_xform small_pose(pt_rng *r) {
+    pt_xform x;
+    v3 row[3];
+    int j;
+    rotation(r, row);
+    for (j = 0; j < 3; j++) {
+        x.m[4 * j] = (float)(0.2 * row[j].x); x.m[4 * j + 1] = (float)(0.2 * row[j].y); x.m[4 * j + 2] = (float)(0.2 * row[j].z);
+        x.m[4 * j + 3] = (float)between(r, -1, 1);
+    }
+    return x;
+}
+/* At many times: all instruction sets find what brute force does, any hit agrees, and some of them depend on the time. */
+static void moving_instances_match_brute_force(void) {
+    pt_rng r;
+    mesh m;
+    pt_scene *inner = pt_scene_create(NULL), *s = pt_scene_create(NULL);
+    int i, k, wrong = 0, hits = 0, moving = 0, changed = 0;
+    pt_rng_seed(&r, 7, 3);
+    m = mesh_blob(2, 0.2, &r);
+    add_mesh(inner, &m);
+    pt_add_sphere(inner, pt_v3(0.5f, 1.5f, 0), 0.3f, (pt_material){ 0 });
+    committed(inner);
+    for (i = 0; i < 30; i++) {
+        pt_xform a = small_pose(&r), b = moved_a_bit(&r, &a, 0.03);
+        CHECK((i % 3 ? pt_add_moving_instance(s, inner, &a, &b) : pt_add_instance(s, inner, &a)).id != 0);
+    }
+    committed(s);
+    for (i = 0; i < 3000; i++) {
+        pt_ray ray = odd_ray(&r, v3_of(0, 0, 0), 1.5);
+        float time = i % 10 == 0 ? 0 : i % 10 == 1 ? 1 : i % 10 == 2 ? -3 : i % 10 == 3 ? 7 : (float)uniform(&r);
+        pti_ray p;
+        pti_hit want, other;
+        pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, time);
+        pti_hit_init(&want, ray.tmax);
+        brute_geometry(&s->geometry, &p, &want, 0, 0);
+        hits += want.found;
+        moving += want.found && want.instance % 3 != 1;
+        for (k = 0; k < KERNELS; k++) {
+            pti_hit hit, any;
+            if (!there[k]) continue;
+            pti_hit_init(&hit, ray.tmax); pti_hit_init(&any, ray.tmax);
+            pti_trace_for(all_kernels[k].isa)(&s->geometry, &p, &hit, 0);
+            pti_trace_for(all_kernels[k].isa)(&s->geometry, &p, &any, 1);
+            wrong += !same_hit(&want, &hit) || any.found != want.found;
+        }
+        pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, time < 0.5f ? 0.75f : 0.25f);
+        pti_hit_init(&other, ray.tmax);
+        pti_trace_for(PTI_SCALAR_ISA)(&s->geometry, &p, &other, 0);
+        changed += !same_hit(&want, &other);
+    }
+    CHECK_EQ_INT(wrong, 0);
+    CHECK(hits > 300 && moving > 200 && changed > 100);
+    pt_scene_destroy(s); pt_scene_destroy(inner);
+    mesh_free(&m);
+}
+/* At a fixed time a moving instance is, to the bit, a still one with that transform: hits, normals, coordinates, error. */
+static void moving_instances_equal_still_ones(void) {
+    static const float times[] = { 0, 0.125f, 0.3f, 0.5f, 0.99f, 1, -1, 2 };
+    pt_rng r;
+    mesh m;
+    int k, i, j;
+    pt_rng_seed(&r, 8, 3);
+    m = mesh_blob(4, 0.2, &r);
+    for (k = 0; k < 8; k++) {
+        pt_scene *inner = pt_scene_create(NULL), *s = pt_scene_create(NULL), *still = pt_scene_create(NULL);
+        int wrong = 0, hits = 0;
+        float t = times[k] < 0 ? 0 : times[k] > 1 ? 1 : times[k];
+        add_mesh(inner, &m);
+        pt_add_sphere(inner, pt_v3(0.5f, 1.5f, 0), 0.3f, (pt_material){ 0 });
+        committed(inner);
+        for (i = 0; i < 10; i++) {
+            pt_xform a = small_pose(&r), b = moved_a_bit(&r, &a, 0.03), x;
+            for (j = 0; j < 12; j++) x.m[j] = (1 - t) * a.m[j] + t * b.m[j];
+            pt_add_moving_instance(s, inner, &a, &b);
+            pt_add_instance(still, inner, &x);
+        }
+        committed(s); committed(still);
+        for (i = 0; i < 3000; i++) {
+            pt_ray ray = odd_ray(&r, v3_of(0, 0, 0), 1.5);
+            pt_vertex x, y;
+            int hit;
+            ray.time = times[k];
+            hit = pt_intersect(s, &ray, &x);
+            wrong += pt_intersect(still, &ray, &y) != hit;
+            if (!hit) continue;
+            hits++;
+            wrong += memcmp(&x, &y, sizeof x) != 0;
+            CHECK(x.time == times[k]);
+        }
+        test_case("time %g", (double)times[k]);
+        CHECK_EQ_INT(wrong, 0);
+        CHECK(hits > 300);
+        pt_scene_destroy(s); pt_scene_destroy(still); pt_scene_destroy(inner);
+    }
+    mesh_free(&m);
+}
+/* A glowing square, as wide as a pixel, that slides over it and on: it covers the pixel for half the time that it takes to
+   move by two widths, as a triangle function of the place; seen once directly, once in a mirror, where the second ray of the
+   path must have the first one's time. And its emitters are in no light tree. */
+static void a_sliding_square(void) {
+    static float rgb[8 * 8 * 3];
+    int k, x, i;
+    for (k = 0; k < 3; k++) {
+        pt_scene *inner = pt_scene_create(NULL), *s = pt_scene_create(NULL);
+        pt_xform a = pti_xform_or_identity(NULL), b = a;
+        pt_render_desc d = view(pt_v3(0, 0, 5), pt_v3(0, 0, 0), 0, 8, 1024);
+        d.camera.projection = PT_CAMERA_ORTHOGRAPHIC; d.camera.height = 8;       /* a pixel is a metre */
+        d.camera.shutter_close = k == 2 ? 0.5f : 1;
+        a.m[3] = -1; b.m[3] = k == 2 ? 3.0f : 1;         /* during the shutter from x = -1 to 1 */
+        pt_add_quad(inner, pt_v3(0, -8, k == 1 ? 9.0f : 0), pt_v3(1, 0, 0), pt_v3(0, 16, 0), lamp(inner, 1, 1));
+        if (k == 1) {                                    /* behind the eye, and a mirror before it */
+            pt_add_quad(s, pt_v3(-8, -8, 0), pt_v3(16, 0, 0), pt_v3(0, 16, 0), mirror(s, 1));
+        }
+        if (commit(inner)) {
+            CHECK_EQ_INT(inner->lights.count, 1);
+            CHECK(pt_add_moving_instance(s, inner, &a, &b).id != 0);
+            test_case("case %d", k);
+            if (commit(s) && render(s, &d, rgb, NULL)) {
+                CHECK_EQ_INT(s->lights.count, 0);
+                for (x = 0; x < 8; x++) {
+                    double lo = x - 4, want = 0, got = 0;
+                    for (i = 0; i < 1000; i++) {         /* the share of the pixel that is covered, over time */
+                        double p = -1 + 2 * (i + 0.5) / 1000;
+                        want += fmax(0, fmin(lo, p) + 1 - fmax(lo, p)) / 1000;
+                    }
+                    for (i = 0; i < 8; i++) got += (double)rgb[3 * (8 * i + x)] / 8;
+                    CHECK_NEAR(got, want, 0.004);
+                    if (x == 4) CHECK_NEAR(got, 0.5, 0.004);
+                }
+            }
+        }
+        pt_scene_destroy(s); pt_scene_destroy(inner);
+    }
+}
+/* A floor under a moving lamp in a closed form: the mean over time of the irradiance under a small bright sphere. */
+static void light_of_a_moving_lamp(void) {
+    pt_scene *inner = pt_scene_create(NULL), *s = pt_scene_create(NULL);
+    pt_xform a = pti_xform_or_identity(NULL), b = a;
+    pt_render_desc d = view_down(pt_v3(0, 0, 0), 16, 1024);
+    stats_moments m;
+    double want = 0;
+    int i;
+    pt_add_sphere(inner, pt_v3(0, 2, 0), 0.5f, lamp(inner, 10, 0));
+    a.m[3] = -3; b.m[3] = 2;
+    pt_add_quad(s, pt_v3(-9, 0, 9), pt_v3(18, 0, 0), pt_v3(0, 0, -18), diffuse(s, 0.5f));
+    d.camera.shutter_close = 1;
+    for (i = 0; i < 10000; i++) {                        /* E = pi L (R / D)^2 cos */
+        double x = -3 + 5 * (i + 0.5) / 10000, d2 = x * x + 4;
+        want += 10 * 0.25 / d2 * 2 / sqrt(d2) * 0.5 / 10000;
+    }
+    if (commit(inner)) {
+        pt_add_moving_instance(s, inner, &a, &b);
+        if (commit(s)) {
+            m = render_pixels(s, &d);
+            CHECK(stats_error(&m) < 0.01 * want);
+            CHECK_P(stats_t_test(&m, want));
+        }
+    }
+    pt_scene_destroy(s); pt_scene_destroy(inner);
+}
+/* Transforms that are flat somewhere on the way are refused, wherever that is; others are not. */
+static void flat_on_the_way(void) {
+    pt_scene *inner = pt_scene_create(NULL);
+    pt_rng r;
+    int i, refused = 0, wrong = 0;
+    torus(inner, pt_v3(0, 0, 0), 1, 0.3f, (pt_material){ 0 });
+    committed(inner);
+    pt_rng_seed(&r, 9, 3);
+    for (i = 0; i < 800; i++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_xform a = small_pose(&r), b = i % 2 ? small_pose(&r) : moved_a_bit(&r, &a, 0.2);
+        double first = 0, least = 1;
+        int k, ok;
+        for (k = 0; k <= 400; k++) {
+            pt_xform x = pti_xform_between(&a, &b, (float)k / 400);
+            double det = pti_xform_det(&x);
+            if (k == 0) first = det;
+            least = fmin(least, det / first);
+        }
+        ok = pt_add_moving_instance(s, inner, &a, &b).id != 0;
+        if (!ok) { CHECK(strstr(pt_scene_error(s), "pt_add_moving_instance") && strstr(pt_scene_error(s), "without an inverse")); refused++; }
+        if (fabs(least) > 1e-4) wrong += ok != (least > 0);
+        pt_scene_destroy(s);
+    }
+    CHECK_EQ_INT(wrong, 0);
+    if (!CHECK(refused > 50 && refused < 700)) FAIL("%d refused", refused);
+    for (i = 0; i < 6; i++) {
+        static const float angle[] = { 0, 30, 90, 170, 180, 180.001f };
+        pt_scene *s = pt_scene_create(NULL);
+        pt_xform a = pti_xform_or_identity(NULL), b = a;
+        double t = (double)angle[i] * STATS_PI / 180;
+        b.m[0] = b.m[10] = (float)cos(t); b.m[2] = (float)sin(t); b.m[8] = (float)-sin(t);
+        test_case("%g degrees", (double)angle[i]);
+        CHECK((pt_add_moving_instance(s, inner, &a, &b).id != 0) == (i < 4));        /* half a turn is flat half way, a double root */
+        pt_scene_destroy(s);
+        s = pt_scene_create(NULL);
+        b = a; b.m[0] = i % 2 ? -1.0f : 1e-6f;           /* mirrored; made a sheet, almost */
+        CHECK((pt_add_moving_instance(s, inner, &a, &b).id != 0) == (i % 2 == 0));
+        pt_scene_destroy(s);
+    }
+    for (i = 0; i < 24; i++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_xform a = pti_xform_or_identity(NULL), b = a;
+        (i < 12 ? &a : &b)->m[i % 12] = (float)HUGE_VAL;
+        CHECK_EQ_INT(pt_add_moving_instance(s, inner, &a, &b).id, 0);
+        CHECK(strstr(pt_scene_error(s), i < 12 ? "from must be finite" : "to must be finite") != NULL);
+        pt_scene_destroy(s);
+    }
+    pt_scene_destroy(inner);
+}
+
 void test_kernel(void) {
     int k;
     for (k = 0; k < KERNELS; k++) there[k] = pti_isa_supported(all_kernels[k].isa);
@@ -299,4 +520,9 @@ void test_kernel(void) {
     RUN(box_kernels_are_conservative);
     RUN(senseless_rays);
     RUN(any_length_of_direction);
+    RUN(moving_instances_match_brute_force);
+    RUN(moving_instances_equal_still_ones);
+    RUN(a_sliding_square);
+    RUN(light_of_a_moving_lamp);
+    RUN(flat_on_the_way);
 }

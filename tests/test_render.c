@@ -186,6 +186,59 @@ static void added_samples_equal_the_whole(void) {
     }
 }
 
+/* Any part of the picture, by itself: its pixels are those of the whole. With every sampler, and a filter that reaches out. */
+static void crops_are_parts_of_the_whole(void) {
+    static const int crop[][4] = { { 0, 0, 0, 0 }, { 7, 3, 20, 17 }, { 49, 36, 1, 1 }, { 0, 30, 0, 0 }, { 40, 0, 0, 5 }, { 0, 0, 50, 37 } };
+    static float all[FLOATS];
+    int kind, i, x, y;
+    for (kind = 0; kind < 3; kind++) {
+        pt_render_desc d = desc();
+        d.spp = 2; d.sampler = samplers[kind];
+        d.filter = kind == 1 ? PT_FILTER_MITCHELL : PT_FILTER_BOX;
+        d.camera.shutter_close = 1;
+        render(&d, all);
+        for (i = 0; i < 6; i++) {
+            int w = crop[i][2] ? crop[i][2] : W - crop[i][0], h = crop[i][3] ? crop[i][3] : H - crop[i][1], wrong = 0;
+            pt_render_desc part = d;
+            pt_render *r;
+            const float *p;
+            part.crop_x = crop[i][0]; part.crop_y = crop[i][1]; part.crop_width = crop[i][2]; part.crop_height = crop[i][3];
+            part.tile = 8 + i;
+            r = pt_render_create(room, &part);
+            CHECK_EQ_INT(pt_render_run(r), PT_OK);
+            CHECK_EQ_INT(pt_render_stats(r).paths, w * h * 2);
+            p = pt_render_pixels(r);
+            test_case("sampler %d, crop %d", kind, i);
+            for (y = 0; y < h; y++) for (x = 0; x < w; x++)
+                wrong += memcmp(p + 3 * (y * w + x), all + 3 * ((y + crop[i][1]) * W + x + crop[i][0]), 3 * sizeof *p) != 0;
+            CHECK_EQ_INT(wrong, 0);
+            pt_render_destroy(r);
+        }
+    }
+}
+/* All that a camera can do, at once: still the same bits on any threads and tiles, and for any instruction set. */
+static void same_bits_with_every_feature(void) {
+    static float p[FLOATS], all[FLOATS];
+    int kind, isa;
+    for (kind = 0; kind <= PT_CAMERA_FISHEYE; kind++) {
+        pt_render_desc d = desc();
+        d.spp = 2; d.filter = (pt_filter)(PT_FILTER_TENT + kind);
+        d.camera.projection = (pt_projection)kind; d.camera.aperture = 0.1f; d.camera.blades = 5 + kind;
+        d.camera.shutter_close = 1; d.camera.moving = 1;
+        d.camera.eye_end = pt_v3(0.3f, 1, 4); d.camera.target_end = pt_v3(0, 1, 0);
+        if (kind < 2) { d.camera.shift_x = 0.1f; d.camera.distortion = 0.1f; }
+        render(&d, all);
+        test_case("projection %d", kind);
+        for (isa = 0; isa < PTI_ISA_COUNT; isa++) {
+            static const char *const names[] = { "scalar", "sse2", "avx2", "neon" };
+            if (!pti_isa_supported(isa)) continue;
+            d.isa = names[isa]; d.threads = 1 + isa; d.tile = 5 + isa;
+            render(&d, p);
+            same(p, all);
+        }
+    }
+}
+
 /* ---- progress, cancelling ---- */
 
 typedef struct watcher { pt_render *r; double last; int calls, backwards, cancel_at, look, dark; } watcher;
@@ -396,7 +449,12 @@ static void hear(void *user, pt_result code, const char *message) {
 static void bad_descriptions(void) {
     static const char *const want[] = { "width is 0", "width is -5", "height is 65537", "spp is -1", "max_depth is -3", "tile is -32", "threads is -1",
         "threads is 5000", "first_sample is -1", "first_sample is", "sampler is 9", "camera.eye", "camera.target", "camera.up", "vfov_deg", "vfov_deg",
-        "aperture", "aperture", "focus", "\"avx9\" is none of", "\"neon\" is not there", "weights.bsdf", "weights.lights", "weights.environment" };
+        "aperture", "aperture", "focus", "\"avx9\" is none of", "\"neon\" is not there", "weights.bsdf", "weights.lights", "weights.environment",
+        "crop_x is -1", "crop_x is 50", "crop_y is 37", "crop_width is 41, it must be 1 to 40", "crop_height is -1", "filter is 6", "filter_radius",
+        "filter_radius", "camera.projection is 4", "camera.height", "camera.blades is 2, it must be 3 to 16", "camera.blades is 17", "blade_rotation_deg",
+        "shift_x must be within", "shift_y must be 0", "distortion must be within", "distortion", "distortion must be 0", "aberration", "vignetting must be between",
+        "vignetting must be 0", "shutter_open", "shutter_close", "shutter_close", "camera.moving is 2", "camera.moving needs", "eye_end", "target_end", "up_end",
+        "vfov_deg must be up to 360", "vfov_deg must be below 180" };
     volatile float zero = 0;
     heard h = { 0, "" };
     pt_scene_desc sd = { { NULL, NULL, NULL }, { hear, NULL } };
@@ -434,6 +492,37 @@ static void bad_descriptions(void) {
         case 21: d.weights.bsdf = -1; break;
         case 22: d.weights.lights = nan; break;
         case 23: d.weights.environment = (float)HUGE_VAL; break;
+        case 24: d.crop_x = -1; break;
+        case 25: d.crop_x = W; break;
+        case 26: d.crop_y = H; break;
+        case 27: d.crop_x = 10; d.crop_width = W - 9; break;
+        case 28: d.crop_height = -1; break;
+        case 29: d.filter = (pt_filter)6; break;
+        case 30: d.filter_radius = nan; break;
+        case 31: d.filter_radius = 65; break;
+        case 32: d.camera.projection = (pt_projection)4; break;
+        case 33: d.camera.height = nan; break;
+        case 34: d.camera.blades = 2; break;
+        case 35: d.camera.blades = 17; break;
+        case 36: d.camera.blade_rotation_deg = nan; break;
+        case 37: d.camera.shift_x = nan; break;
+        case 38: d.camera.shift_y = 0.1f; d.camera.projection = PT_CAMERA_FISHEYE; break;
+        case 39: d.camera.distortion = nan; break;
+        case 40: d.camera.distortion = -0.2f; break;                 /* folds back in the corners */
+        case 41: d.camera.distortion = 0.1f; d.camera.projection = PT_CAMERA_EQUIRECTANGULAR; break;
+        case 42: d.camera.aberration = 1; break;
+        case 43: d.camera.vignetting = 2; break;
+        case 44: d.camera.vignetting = 1; d.camera.projection = PT_CAMERA_ORTHOGRAPHIC; break;
+        case 45: d.camera.shutter_open = nan; break;
+        case 46: d.camera.shutter_open = 1; break;
+        case 47: d.camera.shutter_close = nan; break;
+        case 48: d.camera.moving = 2; break;
+        case 49: d.camera.moving = 1; break;
+        case 50: d.camera.eye_end.x = nan; break;
+        case 51: d.camera.target_end.y = (float)HUGE_VAL; break;
+        case 52: d.camera.up_end.z = nan; break;
+        case 53: d.camera.projection = PT_CAMERA_FISHEYE; d.camera.vfov_deg = 361; break;
+        case 54: d.camera.projection = PT_CAMERA_ORTHOGRAPHIC; d.camera.vfov_deg = 180; break;
         }
         test_case("%s", want[i]);
         h.count = 0;
@@ -464,6 +553,17 @@ static void bad_merges(void) {
     pt_render *a, *b, *c, *f;
     e.width++;
     bad.spp = -1;
+    {   /* crops must be the same too */
+        pt_render_desc left = d, right = d;
+        pt_render *l, *q;
+        left.crop_width = right.crop_width = 10; right.crop_x = 20;
+        left.spp = right.spp = 1;
+        l = pt_render_create(room, &left); q = pt_render_create(room, &right);
+        CHECK_EQ_INT(pt_render_run(l), PT_OK);
+        CHECK_EQ_INT(pt_render_run(q), PT_OK);
+        CHECK_EQ_INT(pt_render_merge(l, q), PT_ERR_ARG);
+        pt_render_destroy(l); pt_render_destroy(q);
+    }
     a = pt_render_create(room, &d); b = pt_render_create(room, &d); c = pt_render_create(room, &e); f = pt_render_create(room, &bad);
     CHECK(pt_render_merge(a, NULL) < 0 && pt_render_merge(NULL, a) < 0);
     CHECK_EQ_INT(pt_render_merge(a, a), PT_ERR_ARG);
@@ -558,6 +658,8 @@ void test_render(void) {
     RUN(merged_ranges_equal_the_whole);
     RUN(stratified_ranges_of_one_length);
     RUN(added_samples_equal_the_whole);
+    RUN(crops_are_parts_of_the_whole);
+    RUN(same_bits_with_every_feature);
     RUN(progress_rises_to_one);
     RUN(cancelled_and_taken_up_again);
 #ifndef PT_NO_THREADS

@@ -1,6 +1,6 @@
 /* One day: the same stones under five suns, from noon to dusk. The sky is integrated through the air, so that one number, where
    the sun is, makes the colours; each strip is exposed as a photographer would, a thousand times longer at the end.
-   cc -O2 11_daylight.c -o 11_daylight -lm -lpthread && ./11_daylight [FILE.ppm] */
+   cc -O2 13_daylight.c -o 13_daylight -lm -lpthread && ./13_daylight [FILE.ppm] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <math.h>
