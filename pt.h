@@ -12,7 +12,7 @@
          pt_scene_commit(s);
          pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 64,
              .camera = { .eye = {0, 1, 5}, .target = {0, 0, 0} } });
-         if (pt_render_run(r) == PT_OK) pt_write_ppm("sphere.ppm", pt_render_pixels(r), 512, 512, NULL);
+         if (pt_render_run(r) == PT_OK) pt_write_png("sphere.png", pt_render_pixels(r), 512, 512, NULL);
          pt_render_destroy(r);
          pt_scene_destroy(s);
      cc -O2 main.c -lm -lpthread.  No more flags are needed for speed: the AVX2 code is chosen at run time.

@@ -1,5 +1,5 @@
 /* The Cornell box in 25 lines.
-   cc -O2 01_hello.c -o 01_hello -lm -lpthread && ./01_hello [FILE.ppm] */
+   cc -O2 01_hello.c -o 01_hello -lm -lpthread && ./01_hello [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 
@@ -21,7 +21,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 64,
         .camera = { .eye = {.5f, .5f, -1.37f}, .target = {.5f, .5f, 0} } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "hello.ppm", pt_render_pixels(r), 512, 512, NULL);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "hello.png", pt_render_pixels(r), 512, 512, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

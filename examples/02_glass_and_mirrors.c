@@ -1,6 +1,6 @@
 /* A mirror ball and a glass ball under a lamp. The glass gathers the lamp's light into a bright spot, a caustic:
    nothing asks for it, paths that leave the floor through the glass simply find the lamp.
-   cc -O2 02_glass_and_mirrors.c -o 02_glass_and_mirrors -lm -lpthread && ./02_glass_and_mirrors [FILE.ppm] */
+   cc -O2 02_glass_and_mirrors.c -o 02_glass_and_mirrors -lm -lpthread && ./02_glass_and_mirrors [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <stdio.h>
@@ -30,7 +30,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 384, .spp = 96, .max_depth = 16,
         .camera = { .eye = {0, 1.5f, 6.2f}, .target = {0, 1.4f, 0}, .vfov_deg = 36 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "glass.ppm", pt_render_pixels(r), 512, 384, NULL);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "glass.png", pt_render_pixels(r), 512, 384, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

@@ -1,6 +1,6 @@
 /* A dahlia of 2000 petals. A petal is a small scene of its own, committed once; each instance is one matrix, and half of
    the matrices mirror. The sunflower's rule places them on a ball: turn by the golden angle, step down.
-   cc -O2 03_instances.c -o 03_instances -lm -lpthread && ./03_instances [FILE.ppm] */
+   cc -O2 03_instances.c -o 03_instances -lm -lpthread && ./03_instances [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <math.h>
@@ -60,7 +60,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 32, .max_depth = 6,
         .camera = { .eye = {0, 3.6f, 3.0f}, .target = {0, .15f, .05f}, .vfov_deg = 34 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "instances.ppm", pt_render_pixels(r), 512, 512, NULL);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "instances.png", pt_render_pixels(r), 512, 512, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);                                   /* the petals' scenes outlive the scene that places them */
     for (int i = 0; i < COLORS; i++) pt_scene_destroy(colors[i]);

@@ -1,6 +1,6 @@
 /* A BSDF of one's own: a glossy lobe round the mirror direction (Phong), or round the direction back to the viewer (a
    retro-reflector, like a road sign). Above: Phong, sharper from left to right. Below: retro, lit from the camera.
-   cc -O2 04_user_bsdf.c -o 04_user_bsdf -lm -lpthread && ./04_user_bsdf [FILE.ppm] */
+   cc -O2 04_user_bsdf.c -o 04_user_bsdf -lm -lpthread && ./04_user_bsdf [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <math.h>
@@ -62,7 +62,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 640, .height = 360, .spp = 64, .max_depth = 8,
         .camera = { .eye = {0, 1.3f, 8}, .target = {0, 1.1f, 0}, .vfov_deg = 26 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "bsdf.ppm", pt_render_pixels(r), 640, 360, NULL);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "bsdf.png", pt_render_pixels(r), 640, 360, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

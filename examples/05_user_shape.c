@@ -1,6 +1,6 @@
 /* A shape of one's own: a gyroid, a surface without a single straight line that halves space, cut out of a ball. It is
    found by marching along the ray until the function that defines it changes its sign, then bisecting.
-   cc -O2 05_user_shape.c -o 05_user_shape -lm -lpthread && ./05_user_shape [FILE.ppm] */
+   cc -O2 05_user_shape.c -o 05_user_shape -lm -lpthread && ./05_user_shape [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <math.h>
@@ -73,7 +73,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 480, .height = 480, .spp = 64, .max_depth = 8,
         .camera = { .eye = {1.6f, 1.4f, 4.2f}, .target = {0, -.08f, 0}, .vfov_deg = 32 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "shape.ppm", pt_render_pixels(r), 480, 480, NULL);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "shape.png", pt_render_pixels(r), 480, 480, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

@@ -1,6 +1,6 @@
 /* A sky by callback, with a low sun in it: a spiral staircase in the evening. The renderer makes a table of the sky's
    brightness when the scene is committed, so it looks for the sun where the sun is.
-   cc -O2 06_sky.c -o 06_sky -lm -lpthread && ./06_sky [FILE.ppm] */
+   cc -O2 06_sky.c -o 06_sky -lm -lpthread && ./06_sky [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <math.h>
@@ -43,7 +43,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 400, .height = 540, .spp = 64, .max_depth = 8,
         .camera = { .eye = {2.6f, 1.5f, 8.5f}, .target = {.15f, 2.1f, 0}, .vfov_deg = 34 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "sky.ppm", pt_render_pixels(r), 400, 540, NULL);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "sky.png", pt_render_pixels(r), 400, 540, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

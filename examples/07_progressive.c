@@ -1,6 +1,6 @@
 /* Progressive rendering: 1 sample a pixel, then 2, 4, 8 and so on, the picture rewritten after every pass. Ctrl-C stops at
    the next tile; the passes that are finished, and the tiles of the one that is not, are kept and written.
-   cc -O2 07_progressive.c -o 07_progressive -lm -lpthread && ./07_progressive [FILE.ppm] */
+   cc -O2 07_progressive.c -o 07_progressive -lm -lpthread && ./07_progressive [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <math.h>
@@ -28,7 +28,7 @@ static void sphereflake(pt_scene *s, const pt_material *m, pt_vec3 p, pt_vec3 up
 }
 
 int main(int argc, char **argv) {
-    const char *file = argc > 1 ? argv[1] : "progressive.ppm";
+    const char *file = argc > 1 ? argv[1] : "progressive.png";
     pt_scene *s = pt_scene_create(NULL);
     const pt_vec3 colors[5] = {{.85f, .80f, .70f}, {.85f, .52f, .15f}, {.70f, .16f, .10f}, {0, 0, 0}, {.10f, .20f, .38f}};
     pt_material m[5];
@@ -49,7 +49,7 @@ int main(int argc, char **argv) {
     signal(SIGINT, on_interrupt);
     for (int total = 1; result == PT_OK && !stop; total *= 2) {
         result = pt_render_run(r);
-        if (result < 0 || pt_write_ppm(file, pt_render_pixels(r), 512, 384, NULL) != PT_OK) { result = PT_ERR_IO; break; }
+        if (result < 0 || pt_write_png(file, pt_render_pixels(r), 512, 384, NULL) != PT_OK) { result = PT_ERR_IO; break; }
         printf("%s: %d samples a pixel%s\n", file, total, result == PT_CANCELLED ? ", the last pass in part" : "");
         fflush(stdout);
         if (total == 32) break;

@@ -1,6 +1,6 @@
 /* The host's own threads do the work: each calls pt_render_work until no tile is left. No thread is started by pt.h, and
    the picture is the same, bit for bit, for any number of them.
-   cc -O2 08_own_threads.c -o 08_own_threads -lm -lpthread && ./08_own_threads [FILE.ppm] */
+   cc -O2 08_own_threads.c -o 08_own_threads -lm -lpthread && ./08_own_threads [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <pthread.h>
@@ -48,7 +48,7 @@ int main(int argc, char **argv) {
 
     /* All have come back: the picture is whole, or pt_render_work goes on returning what went wrong. */
     pt_result result = pt_render_work(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "threads.ppm", pt_render_pixels(r), 480, 480, NULL);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "threads.png", pt_render_pixels(r), 480, 480, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

@@ -1,5 +1,5 @@
 /* Depth of field: a lens with an opening, focused on the red ball. Far lamps become disks, as in a photograph.
-   cc -O2 09_depth_of_field.c -o 09_depth_of_field -lm -lpthread && ./09_depth_of_field [FILE.ppm] */
+   cc -O2 09_depth_of_field.c -o 09_depth_of_field -lm -lpthread && ./09_depth_of_field [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <stdio.h>
@@ -30,7 +30,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 640, .height = 360, .spp = 96, .max_depth = 8,
         .camera = { .eye = {-.9f, 1.35f, 7}, .target = {-.04f, .5f, -1.25f}, .vfov_deg = 30, .aperture = .14f } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "focus.ppm", pt_render_pixels(r), 640, 360, NULL);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "focus.png", pt_render_pixels(r), 640, 360, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

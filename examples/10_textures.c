@@ -1,6 +1,6 @@
 /* Textures: a checker that fills space and shows where the floor cuts it, marble and clay out of noise, wallpaper of a few
    bytes repeated, and a picture on the wall: your own, if you name one (PFM or Radiance HDR).
-   cc -O2 10_textures.c -o 10_textures -lm -lpthread && ./10_textures [FILE.ppm [PICTURE.hdr]] */
+   cc -O2 10_textures.c -o 10_textures -lm -lpthread && ./10_textures [FILE.png [PICTURE.hdr]] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <stdio.h>
@@ -55,7 +55,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 480, .height = 480, .spp = 64, .max_depth = 8,
         .camera = { .eye = {.5f, 1.6f, 6.2f}, .target = {0, 1.25f, 0}, .vfov_deg = 32 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "textures.ppm", pt_render_pixels(r), 480, 480, 0);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "textures.png", pt_render_pixels(r), 480, 480, 0);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

@@ -1,5 +1,5 @@
 /* 11_materials.c - a sheet of materials: kinds from top to bottom, roughness from left to right.
-   cc -O2 11_materials.c -o 11_materials -lm -lpthread && ./11_materials */
+   cc -O2 11_materials.c -o 11_materials -lm -lpthread && ./11_materials [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 
@@ -13,7 +13,7 @@ static pt_vec3 studio(void *user, pt_vec3 d) {
     return pt_v3(soft + room + strip, soft + room + 0.9f * strip, soft + 1.1f * room + 0.75f * strip);
 }
 
-int main(void) {
+int main(int argc, char **argv) {
     pt_material_desc kind[] = {
         { .color = {.8f, .3f, .15f} },
         { .bsdf = PT_BSDF_CONDUCTOR },                                                          /* gold */
@@ -36,12 +36,12 @@ int main(void) {
     }
     pt_add_quad(s, pt_v3(-20, 0, -20), pt_v3(0, 0, 50), pt_v3(50, 0, 0), ground);
     pt_add_light(s, &(pt_light_desc){ .radiance = studio });
-    if (pt_scene_commit(s) == PT_OK) {
-        pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 640, .height = 640, .spp = 64,
-            .camera = { .eye = {0, 13.5f, 15}, .target = {0, 0, 3.6f}, .vfov_deg = 27 } });
-        if (pt_render_run(r) == PT_OK) pt_write_ppm("11_materials.ppm", pt_render_pixels(r), 640, 640, 0);
-        pt_render_destroy(r);
-    }
+    pt_scene_commit(s);
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 640, .height = 640, .spp = 64,
+        .camera = { .eye = {0, 13.5f, 15}, .target = {0, 0, 3.6f}, .vfov_deg = 27 } });
+    pt_result result = pt_render_run(r);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "materials.png", pt_render_pixels(r), 640, 640, 0);
+    pt_render_destroy(r);
     pt_scene_destroy(s);
-    return 0;
+    return result != PT_OK;
 }

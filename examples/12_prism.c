@@ -1,7 +1,7 @@
 /* 12_prism.c - white light through a slit and a prism. Glass with an Abbe number bends blue more than red; a path that
    meets it carries one wavelength from there on. Rays from the floor would hardly ever find the sun through prism and slit
    by chance, so the example adds a density of its own to the mixture: a narrow cone where the light must come from.
-   cc -O2 12_prism.c -o 12_prism -lm -lpthread && ./12_prism */
+   cc -O2 12_prism.c -o 12_prism -lm -lpthread && ./12_prism [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <math.h>
@@ -24,7 +24,7 @@ static float cone_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
     return wi.x * to_light.x + wi.y * to_light.y >= 1 - ONE_MINUS_COS ? 1 / (6.2831853f * ONE_MINUS_COS) : 0.0f;
 }
 
-int main(void) {
+int main(int argc, char **argv) {
     static const float corner[] = { -.5f,-.289f,-.7f,  .5f,-.289f,-.7f,  0,.577f,-.7f,  -.5f,-.289f,.7f,  .5f,-.289f,.7f,  0,.577f,.7f };
     static const unsigned face[] = { 0,2,1, 3,4,5, 0,1,4, 0,4,3, 1,2,5, 1,5,4, 2,0,3, 2,3,5 };
     pt_scene *s = pt_scene_create(NULL);
@@ -39,12 +39,12 @@ int main(void) {
     pt_add_sphere(s, pt_v3(-173.2f, -100, 0), 1.0f, sun);
     pt_add_light(s, &(pt_light_desc){ .color = {.02f, .02f, .022f} });
     pt_add_density(s, &(pt_density_desc){ .weight = .6f, .sample = cone_sample, .pdf = cone_pdf });
-    if (pt_scene_commit(s) == PT_OK) {
-        pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = WIDTH, .height = HEIGHT, .spp = 256,
-            .camera = { .eye = {2.2f, 1.6f, 5}, .target = {.8f, -.5f, 0}, .vfov_deg = 33 } });
-        if (pt_render_run(r) == PT_OK) pt_write_png("12_prism.png", pt_render_pixels(r), WIDTH, HEIGHT, NULL);
-        pt_render_destroy(r);
-    }
+    pt_scene_commit(s);
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = WIDTH, .height = HEIGHT, .spp = 256,
+        .camera = { .eye = {2.2f, 1.6f, 5}, .target = {.8f, -.5f, 0}, .vfov_deg = 33 } });
+    pt_result result = pt_render_run(r);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "prism.png", pt_render_pixels(r), WIDTH, HEIGHT, NULL);
+    pt_render_destroy(r);
     pt_scene_destroy(s);
-    return 0;
+    return result != PT_OK;
 }

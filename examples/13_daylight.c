@@ -1,6 +1,6 @@
 /* One day: the same stones under five suns, from noon to dusk. The sky is integrated through the air, so that one number, where
    the sun is, makes the colours; each strip is exposed as a photographer would, a thousand times longer at the end.
-   cc -O2 13_daylight.c -o 13_daylight -lm -lpthread && ./13_daylight [FILE.ppm] */
+   cc -O2 13_daylight.c -o 13_daylight -lm -lpthread && ./13_daylight [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <math.h>
@@ -42,6 +42,6 @@ int main(int argc, char **argv) {
     pt_result result = PT_OK;
     for (int i = 0; i < STRIPS && result == PT_OK; i++)
         result = draw_strip(hour[i].elevation_deg, hour[i].stops, picture + 3 * WIDTH * HEIGHT * i);
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "daylight.ppm", picture, WIDTH, HEIGHT * STRIPS, 0);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "daylight.png", picture, WIDTH, HEIGHT * STRIPS, 0);
     return result != PT_OK;
 }

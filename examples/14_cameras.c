@@ -1,5 +1,5 @@
 /* One scene, six cameras: perspective, a five-bladed aperture, orthographic, fisheye, the whole sphere, and a long exposure.
-   cc -O2 14_cameras.c -o 14_cameras -lm -lpthread && ./14_cameras [FILE.ppm] */
+   cc -O2 14_cameras.c -o 14_cameras -lm -lpthread && ./14_cameras [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <stdio.h>
@@ -49,7 +49,7 @@ int main(int argc, char **argv) {
             memcpy(sheet[i / 3 * H + y][i % 3 * W], pixels + 3 * W * y, 3 * W * sizeof *pixels);
         pt_render_destroy(r);
     }
-    if (result == PT_OK) result = pt_write_ppm(argc > 1 ? argv[1] : "cameras.ppm", &sheet[0][0][0], 3 * W, 2 * H, 0);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "cameras.png", &sheet[0][0][0], 3 * W, 2 * H, 0);
     pt_scene_destroy(s);
     pt_scene_destroy(rotor);
     return result != PT_OK;

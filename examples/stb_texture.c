@@ -1,6 +1,6 @@
 /* PNG, JPEG and other pictures as textures: another library reads them, here stb_image (one header, public domain; Debian
    has it in libstb-dev). The five lines are in picture().
-   cc -O2 stb_texture.c -o stb_texture -lm -lpthread && ./stb_texture PICTURE.png [FILE.ppm] */
+   cc -O2 stb_texture.c -o stb_texture -lm -lpthread && ./stb_texture PICTURE.png [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #define STB_IMAGE_IMPLEMENTATION
@@ -19,7 +19,7 @@ static pt_texture picture(pt_scene *s, const char *path, int *width, int *height
 int main(int argc, char **argv) {
     pt_scene *s = pt_scene_create(NULL);
     int width = 1, height = 1;
-    if (argc < 2) { fprintf(stderr, "usage: %s PICTURE.png [FILE.ppm]\n", argv[0]); return 2; }
+    if (argc < 2) { fprintf(stderr, "usage: %s PICTURE.png [FILE.png]\n", argv[0]); return 2; }
     pt_texture t = picture(s, argv[1], &width, &height);
     if (!t.id) {
         fprintf(stderr, "%s: %s\n", argv[1], *pt_scene_error(s) ? pt_scene_error(s) : stbi_failure_reason());
@@ -36,7 +36,7 @@ int main(int argc, char **argv) {
     pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 480, .height = 360, .spp = 64,
         .camera = { .eye = {.6f, .9f, 2.6f}, .target = {0, .45f, 0}, .vfov_deg = 32 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_ppm(argc > 2 ? argv[2] : "print.ppm", pt_render_pixels(r), 480, 360, 0);
+    if (result == PT_OK) result = pt_write_png(argc > 2 ? argv[2] : "print.png", pt_render_pixels(r), 480, 360, 0);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

@@ -101,7 +101,7 @@ step 'C++: two files share one implementation' sh -c "
 # ---- the examples: no warnings; and each draws its picture, with one sample a pixel to be quick
 draws() {                             # SOURCE PROGRAM: the picture must be there and end a clean run
     sed 's/\.spp = [0-9]*/.spp = 1/; s/total == [0-9]*/total == 2/; s|"../pt.h"|"pt.h"|' "$1" > "$2.c" &&
-        gcc -std=c99 -O2 -I. "$2.c" -o "$2" -lm -lpthread && rm -f "$2.ppm" && "$2" "$2.ppm" && test -s "$2.ppm"
+        gcc -std=c99 -O2 -I. "$2.c" -o "$2" -lm -lpthread && rm -f "$2.png" && "$2" "$2.png" && test -s "$2.png"
 }
 check_examples() {
     log=$out/examples.log
