@@ -3176,15 +3176,15 @@ static float pti_through_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
 
 /* f cos and p of one lobe, towards a wi of the world. */
 static float pti_lobe_eval(const pti_lobe *l, const pt_vertex *x, int same_side, pt_vec3 wi, pt_vec3 *f) {
-    *f = pt_v3(0, 0, 0);
-    if (l->kind == PTI_USER_LOBE) {
-        *f = pti_mul(l->color, l->vtable->eval(l->user, x, wi));
-        return l->vtable->pdf(l->user, x, wi);
-    }
     if (l->kind == PTI_LAMBERT) {                        /* needs no frame */
         float p = same_side ? pti_pdf_cosine(pti_dot(l->n, wi)) : 0.0f;
         *f = pti_scale(l->color, p);
         return p;
+    }
+    *f = pt_v3(0, 0, 0);
+    if (l->kind == PTI_USER_LOBE) {
+        *f = pti_mul(l->color, l->vtable->eval(l->user, x, wi));
+        return l->vtable->pdf(l->user, x, wi);
     }
     if (l->kind >= PTI_PASS) return 0;
     wi = pti_to_local(l, wi);
@@ -3267,6 +3267,7 @@ static float pti_surface_eval(const pti_surface *s, pt_vec3 wi, pt_vec3 *f) {
     int same_side = pti_same_side(s->x, s->x->wo, wi), i;
     float p = 0;
     pt_vec3 one;
+    if (s->count == 1) return pti_lobe_eval(s->lobes, s->x, same_side, wi, f);
     *f = pt_v3(0, 0, 0);
     for (i = 0; i < s->count; i++) {
         p += s->lobes[i].share * pti_lobe_eval(s->lobes + i, s->x, same_side, wi, &one);
@@ -3311,6 +3312,7 @@ typedef struct pti_material {
     const pti_albedo *mirror, *dielectric, *coat, *fuzz; /* NULL where nothing asks them */
     float fresnel_mean;                                  /* of a smooth face of index ior */
     int emits, two_sided;                                /* of a mix: if one of its parts does, or is */
+    int glows;                                           /* emits one colour, and does nothing else that matters there */
     pti_profile profile;                                 /* of the emission */
     int varies;                                          /* has textures, or a callback */
     int plain;                                           /* Lambert's and nothing else */
@@ -3362,6 +3364,7 @@ static void pti_material_vary(const pti_material *m, const pt_vertex *x, pt_mate
 static pt_vec3 pti_material_emission(const pti_material *m, const pt_vertex *x) {
     pt_vec3 e = pt_v3(0, 0, 0);
     float pass = m->desc.transparency, mix;
+    if (m->glows) return m->desc.two_sided || pti_dot(x->ng, x->wo) > 0 ? m->desc.emission : e;
     if (!m->emits) return e;
     if (m->desc.bsdf == PT_BSDF_MIX) {
         mix = pti_unit(pti_vary(m, x, m->desc.mix, m->desc.mix_texture));
@@ -4393,6 +4396,7 @@ static void pti_material_flags(pti_material *m, const pti_material *all) {
     m->varies = d->shade != NULL PTI_TEXTURES(PTI_ANY);
 #undef PTI_ANY
     m->emits = d->emission.x > 0 || d->emission.y > 0 || d->emission.z > 0 || d->emission_texture.id || (mix && (a->emits || b->emits));
+    m->glows = m->emits && !m->varies && opaque && !mix;
     m->two_sided = d->two_sided || (mix && (a->two_sided || b->two_sided));
     m->plain = d->bsdf == PT_BSDF_DIFFUSE && !m->varies && opaque && d->roughness == 0 && d->translucency == 0;
     m->disperses = (d->abbe > 0 && (d->bsdf == PT_BSDF_DIELECTRIC || d->bsdf == PT_BSDF_PRINCIPLED)) || (mix && (a->disperses || b->disperses));
@@ -5035,6 +5039,7 @@ static int pti_add_bulb(pt_scene *s, const pt_light_desc *d, int spot) {
     if (!id.id) return 0;
     if (spot) {
         s->has_spots = 1;
+        s->materials[id.id].glows = 0;
         profile = &s->materials[id.id].profile;
         profile->axis = pti_light_direction(d);
         pti_sincos(cone * (PTI_PI / 360), &sine, &cosine);
