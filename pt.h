@@ -190,8 +190,8 @@ typedef enum pt_bsdf {
    eval and pdf itself, since it may draw directions from elsewhere too. */
 typedef struct pt_scatter { pt_vec3 wi, f; float pdf; int delta; } pt_scatter;
 
-/* A BSDF. Directions are unit vectors that point away from the surface. The built-in ones are tables of this kind too.
-   Called from all render threads. */
+/* A BSDF of the user's own: a lobe like the built-in ones, which may be mixed with others, be seen through, emit. Directions
+   are unit vectors that point away from the surface. Called from all render threads. */
 typedef struct pt_bsdf_vtable {
     pt_vec3 (*eval)(void *user, const pt_vertex *x, pt_vec3 wi);        /* f(wo, wi) |cos|, without delta lobes */
     float   (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi);         /* per steradian, without delta lobes */
