@@ -1160,7 +1160,7 @@ static uint32_t pti_permute(uint32_t i, uint32_t n, uint32_t seed) {
 /* One sample of one pixel. */
 typedef struct pti_sampler {
     pt_sampler kind;
-    uint32_t pixel_seed, index;
+    uint32_t pixel_seed, index, reversed;                /* reversed: the index's bits */
     uint32_t strata_x, strata_y;                         /* PT_SAMPLER_STRATIFIED: cells of one pass */
 } pti_sampler;
 
@@ -1171,17 +1171,22 @@ static pt_rng pti_sample_rng(uint32_t seed, uint32_t index) {
     pt_rng_seed(&rng, (uint64_t)seed << 32 | pti_hash2(seed, index), 0);
     return rng;
 }
+static void pti_sampler_start(pti_sampler *s, uint32_t index) {
+    s->index = index;
+    s->reversed = pti_reverse_bits(index);
+}
 /* Two numbers of a group of four: pair 0 or pair 1. */
 static void pti_draw2(const pti_sampler *s, uint32_t group, int pair, uint32_t u[2]) {
     uint32_t seed = pti_hash2(s->pixel_seed, group), index, cells;
+    static const uint32_t inner[4] = { 0x9e3779b9u, 0x06c10a79u, 0x6f4a9b3au, 0xf2296396u };       /* what pti_hash2 makes of k first */
     pt_rng rng;
     int k;
     switch (s->kind) {
     case PT_SAMPLER_SOBOL:
-        index = pti_reverse_bits(pti_scramble_reversed(pti_reverse_bits(s->index), seed));      /* shuffled */
+        index = pti_reverse_bits(pti_scramble_reversed(s->reversed, seed));      /* shuffled */
         for (k = 0; k < 2; k++) {
             uint32_t x = pti_sobol_reversed(index, 2 * pair + k);
-            u[k] = pti_reverse_bits(pti_scramble_reversed(x, pti_hash2(seed, (uint32_t)(2 * pair + k))));
+            u[k] = pti_reverse_bits(pti_scramble_reversed(x, pti_hash(seed ^ inner[2 * pair + k])));
         }
         break;
     case PT_SAMPLER_STRATIFIED:
@@ -1534,7 +1539,7 @@ typedef struct pti_ray {
    |org / dir|; adding eight of the latter here, and widening t in the kernels, makes the test conservative (Ize 2013):
    it never misses a box that the triangle test below would find a hit in. Along an axis where the ray does not move, all
    is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m. */
-static void pti_ray_axis(pti_ray *r, int k, float largest) {
+PTI_INLINE void pti_ray_axis(pti_ray *r, int k, float largest) {
     float d = r->dir[k], offset, pad;
     int moves = fabsf(d) > largest * 1e-16f;
     r->inverse[k] = moves ? 1 / d : 1e26f;
@@ -2411,7 +2416,7 @@ static void pti_vertex_coordinates(const pti_geometry *g, pt_vertex *x) {
     if (pti_is_zero3(x->tangent)) pti_basis(x->ns, &x->tangent, &b);
 }
 /* Where a ray towards wi starts: above the surface, on wi's side. */
-static pt_vec3 pti_spawn(const pt_vertex *x, pt_vec3 wi) {
+PTI_INLINE pt_vec3 pti_spawn(const pt_vertex *x, pt_vec3 wi) {
     return pti_madd(x->ng, pti_dot(x->ng, wi) < 0 ? -x->error : x->error, x->p);
 }
 
@@ -5293,6 +5298,7 @@ typedef struct pti_mixture {
     const pt_scene *scene;
     const pt_vertex *x;
     const pti_surface *surface;
+    pt_vec3 origin;                                      /* of rays on wo's side: lamps are aimed at from there */
     float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities */
 } pti_mixture;
 
@@ -5302,8 +5308,10 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     int automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
     mix.scene = s; mix.x = surface->x; mix.surface = surface;
     mix.bsdf = 1; mix.lights = mix.environment = mix.users = 0;
+    mix.origin = surface->x->p;
     if (surface->delta > 0.999f) return mix;             /* deltas only */
-    from_lights = pti_lights_irradiance(&s->lights, mix.x->p);
+    mix.origin = pti_spawn(surface->x, surface->x->wo);
+    from_lights = pti_lights_irradiance(&s->lights, mix.origin);
     from_sky = pti_environment_irradiance(&s->environment);
     if (automatic) {                                     /* half for the BSDF, which bounds f / p; half for the light */
         rest = from_lights + from_sky;
@@ -5337,7 +5345,7 @@ static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
     size_t i;
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
-    if (m->lights > 0) p += m->lights * pti_lights_pdf(&s->lights, m->x->p, wi);
+    if (m->lights > 0) p += m->lights * pti_lights_pdf(&s->lights, m->origin, wi);
     if (m->environment > 0) p += m->environment * pti_environment_pdf(&s->environment, wi);
     for (i = 0; i < s->density_count; i++)
         p += scale * s->densities[i].weight * s->densities[i].pdf(s->densities[i].user, m->x, wi);
@@ -5372,7 +5380,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
         drawn = pti_surface_sample(m->surface, u, v, choice[1], &scatter);
         step->wi = scatter.wi;
     } else if (m->lights > 0 && pti_split(&u, m->lights / others)) {
-        drawn = pti_lights_sample(&s->lights, m->x->p, among, pti_u01(u), pti_u01(v), &step->wi);
+        drawn = pti_lights_sample(&s->lights, m->origin, among, pti_u01(u), pti_u01(v), &step->wi);
     } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
         drawn = m->environment > 0 && pti_environment_sample(&s->environment, pti_u01(u), pti_u01(v), &step->wi);
     } else {
@@ -5659,7 +5667,7 @@ static pti_sum pti_sum_negate(pti_sum a) {
     a.hi = ~a.hi + (a.lo == 0);
     return a;
 }
-static pti_sum pti_sum_of(float x) {                     /* 0 <= x, not much above PTI_MAX_RADIANCE */
+PTI_INLINE pti_sum pti_sum_of(float x) {                     /* 0 <= x, not much above PTI_MAX_RADIANCE */
     pti_sum s = { 0, 0 };
     uint32_t bits;
     uint64_t mantissa;
@@ -5997,7 +6005,7 @@ static void pti_render_pixel(pt_render *r, pti_pixel *p, int x, int y, pt_stats 
         pti_lens_point at;
         pt_vec3 c = pt_v3(0, 0, 0), color = pt_v3(1, 1, 1);
         pt_ray ray;
-        sampler.index = (uint32_t)r->desc.first_sample + p->count;
+        pti_sampler_start(&sampler, (uint32_t)r->desc.first_sample + p->count);
         pti_draw2(&sampler, 0, 0, u);
         if (r->lens.aperture > 0) pti_draw2(&sampler, 0, 1, v);
         if (exposes) pti_draw2(&sampler, PTI_GROUP_SHUTTER, 0, t);

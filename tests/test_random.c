@@ -11,7 +11,8 @@ static const char *const kind_names[] = { "sobol", "stratified", "random" };
 /* Sample `index` of pixel x in the row y, as >>render makes it; strata of a pass of a x b. */
 static pti_sampler sampler_at(pt_sampler kind, uint32_t x, uint32_t y, uint32_t index, uint32_t a, uint32_t b) {
     pti_sampler s;
-    s.kind = kind; s.index = index; s.strata_x = a; s.strata_y = b;
+    s.kind = kind; s.strata_x = a; s.strata_y = b;
+    pti_sampler_start(&s, index);
     s.pixel_seed = pti_hash2(x, pti_hash2(y, 12345));
     return s;
 }
@@ -228,7 +229,7 @@ static void draws_have_no_memory(void) {
             CHECK(!memcmp(&s, &copy, sizeof s));
             pti_draw2(&s, (uint32_t)i % 5 + 1, i & 1, u);              equal += u[0] == first[i][0];
             pti_draw2(&s, (uint32_t)i % 5, !(i & 1), u);               equal += u[0] == first[i][0];
-            s.index++; pti_draw2(&s, (uint32_t)i % 5, i & 1, u);       equal += u[0] == first[i][0];
+            pti_sampler_start(&s, s.index + 1); pti_draw2(&s, (uint32_t)i % 5, i & 1, u);       equal += u[0] == first[i][0];
             s = copy;
             s.pixel_seed++; pti_draw2(&s, (uint32_t)i % 5, i & 1, u);  equal += u[0] == first[i][0];
         }
@@ -293,7 +294,7 @@ static void successive_samples(void) {
             for (p = 0; p < PIXELS; p++) {
                 pti_sampler s = sampler_at(kinds[k], (uint32_t)p, 9, (uint32_t)i, 4, 4);
                 pti_draw2(&s, 1, 0, now[p]);  pti_draw2(&s, 1, 1, now[p] + 2);
-                s.index++;
+                pti_sampler_start(&s, s.index + 1);
                 pti_draw2(&s, 1, 0, next[p]); pti_draw2(&s, 1, 1, next[p] + 2);
             }
             for (a = 0; a < 4; a++) for (b = 0; b < 4; b++) {
