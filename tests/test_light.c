@@ -425,9 +425,22 @@ static pt_scene *floor_scene(void) {
     pt_add_quad(s, pt_v3(-50, 0, -50), pt_v3(0, 0, 100), pt_v3(100, 0, 0), diffuse(s, 1));
     return s;
 }
+/* How far above the floor's origin a ray starts: what it sees, it sees from there. */
+static float lift(void) {
+    pt_scene *s = floor_scene();
+    pt_vertex x;
+    pt_ray ray;
+    memset(&ray, 0, sizeof ray);
+    memset(&x, 0, sizeof x);
+    ray.org.y = 1; ray.dir.y = -1;
+    CHECK(commit(s) && pt_intersect(s, &ray, &x));
+    pt_scene_destroy(s);
+    return x.error;
+}
 static void irradiance(void) {
     static const pt_weights weights[] = { { 0, 0, 0 }, { 0.1f, 0.9f, 0 } };
-    int kind, k;
+    float up = lift();
+    int kind, k, i;
     for (kind = 0; kind < 8; kind++) for (k = 0; k < 2; k++) {
         pt_scene *s = floor_scene();
         pt_render_desc d = view_down(pt_v3(0, 0, 0), 8, k ? 1024 : 2048);
@@ -438,8 +451,10 @@ static void irradiance(void) {
         d.weights = weights[k];
         if (kind < 2) {                                  /* a sphere: pi L sin^2 a cos t */
             pt_vec3 at = kind ? pt_v3(2, 1.5f, 1) : pt_v3(0, 2, 0);
-            double d2 = pti_dot(at, at);
+            double d2;
             pt_add_sphere(s, at, 0.75f, lamp(s, 2, 0));
+            at.y -= up;
+            d2 = pti_dot(at, at);
             E = STATS_PI * 2 * (0.75 * 0.75 / d2) * at.y / sqrt(d2);
         } else if (kind < 6) {
             pt_vec3 at = kind == 2 ? pt_v3(-0.5f, 1, -0.75f) : kind == 3 ? pt_v3(2, 1.5f, 0.5f) : kind == 4 ? pt_v3(0.5f, 0.1f, -1) : pt_v3(-2, 0.3f, -2);
@@ -449,12 +464,14 @@ static void irradiance(void) {
             if (kind == 4) { at.z += 2; v = pti_neg(v); }
             pt_add_quad(s, at, u, v, lamp(s, 2, kind == 4));
             c[0] = at; c[1] = pti_add(at, u); c[2] = pti_add(c[1], v); c[3] = pti_add(at, v);
+            for (i = 0; i < 4; i++) c[i].y -= up;
             E = 2 * polygon_irradiance(c, 4);
         } else {
             c[0] = kind == 6 ? pt_v3(-1, 1, -1) : pt_v3(1, 0.2f, -1);
             c[1] = kind == 6 ? pt_v3(2, 1.5f, -0.5f) : pt_v3(3, 2, -0.5f);
             c[2] = kind == 6 ? pt_v3(0, 1.2f, 1.5f) : pt_v3(1.5f, 0.4f, 2);
             triangle_of(s, c[0], c[1], c[2], lamp(s, 2, 1));
+            for (i = 0; i < 3; i++) c[i].y -= up;
             E = 2 * polygon_irradiance(c, 3);
         }
         if (commit(s)) {
