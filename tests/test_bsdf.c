@@ -5,6 +5,7 @@
 #include "test.h"
 #include "stats.h"
 #include "scenes.h"
+#include "surfaces.h"
 
 /* A scene that has one material, and that material. */
 static const pti_material *material_of(pt_scene *s, pt_material m) { return commit(s) ? s->materials + m.id : s->materials; }
@@ -16,31 +17,18 @@ static pt_vec3 turned(pt_vec3 n, double degrees) {       /* n, tilted by that mu
 
 /* ---- diffuse ---- */
 
-typedef struct bounce { const pti_material *m; pt_vertex x; } bounce;
-static int bounce_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
-    bounce *b = (bounce *)ctx;
-    pt_vec3 u = stats_uniform3(rng);
-    pt_scatter s;
-    if (!sample_of(b->m, &b->x, u.x, u.y, u.z, &s)) return 0;
-    *wi = s.wi;
-    return pti_same_side(&b->x, b->x.wo, s.wi);          /* into the surface: lost */
-}
-static double bounce_pdf(void *ctx, pt_vec3 wi) {
-    const bounce *b = (const bounce *)ctx;
-    return pdf_of(b->m, &b->x, wi);
-}
 static void diffuse_directions(void) {
     static const double cosine[] = { 1, 0.6, 0.05, 1e-5 }, tilt[] = { 0, 25, 60, 85 };
     pt_scene *s = pt_scene_create(NULL);
+    const pti_material *m = material_of(s, diffuse(s, 0.7f));
     bounce b;
     int i, k, side;
-    b.m = material_of(s, diffuse(s, 0.7f));
     for (i = 0; i < 4; i++) for (k = 0; k < 4; k++) for (side = -1; side < 2; side += 2) {
         pt_vec3 ng = pti_normalize(pt_v3(0.3f, 0.8f, -0.5f)), t, u, wo;
         double total;
         pti_basis(ng, &t, &u);
         wo = pti_madd(ng, (float)(side * cosine[i]), pti_scale(t, (float)(-side * sqrt(1 - cosine[i] * cosine[i]))));      /* away from the tilt */
-        b.x = vertex_of(wo, ng, turned(ng, tilt[k]));
+        bounce_at(&b, m, vertex_of(wo, ng, turned(ng, tilt[k])));
         total = (1 + (double)pti_dot(b.x.ng, b.x.ns)) / 2;
         test_case("cosine %g, normal tilted by %g, side %d", cosine[i], tilt[k], side);
         CHECK(pti_dot(b.x.ns, b.x.wo) * (float)side > 0);
@@ -236,6 +224,41 @@ static void ior_one_in_a_picture(void) {
         }
         pt_scene_destroy(s);
     }
+}
+
+/* ---- every kind of surface ---- */
+
+#define ROUGHS 5
+static const float roughs[ROUGHS] = { 0.05f, 0.15f, 0.4f, 0.8f, 1 };
+/* The samples and the density are one thing, which integrates to what is not lost: over the whole sphere and, where lobes
+   are narrow, close to their middle. */
+static void every_surface_samples_its_pdf(void) {
+    static const double cosine[] = { 0.8, 0.25, 0.02 };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material id[SURFACE_KINDS][ROUGHS];
+    int kind, r, k, side;
+    for (kind = 0; kind < SURFACE_KINDS; kind++) for (r = 0; r < ROUGHS; r++) id[kind][r] = add_surface(s, kind, roughs[r]);
+    if (commit(s)) for (kind = 0; kind < SURFACE_KINDS; kind++) for (r = 0; r < ROUGHS; r++)
+        for (k = 0; k < 3; k++) for (side = 1; side >= -1; side -= 2) {
+            double least = (double)(roughs[r] * roughs[r]), total;
+            bounce b;
+            albedo a;
+            if (side < 0 && !(surface_transmits(kind) && k < 2)) continue;
+            if (kind <= TRANSLUCENT && r) continue;
+            bounce_at(&b, s->materials + id[kind][r].id, vertex_at(side * cosine[k], 0.7));
+            a = albedo_of(&b, 1, 1 << 14);
+            test_case("%s of roughness %g, cosine %g", surface_names[kind], (double)roughs[r], side * cosine[k]);
+            CHECK(a.bad == 0);
+            total = 1 - fmax(a.lost + a.deltas, 3e-5);
+            chi2_directions(&(chi2_directions_desc){ .sample = bounce_sample, .pdf = bounce_pdf, .ctx = &b, .total = total, .n = 3000,
+                                                     .cells_phi = 10, .az = (double)side, .seed = (uint64_t)k, .tolerance = 0.004 });
+            if (r < 2 && kind >= METAL && kind != FUZZY && k < 2) {
+                pt_vec3 m = pti_mirrored(b.x.wo, pt_v3(0, 0, (float)side));
+                chi2_directions(&(chi2_directions_desc){ .sample = bounce_sample, .pdf = bounce_pdf, .ctx = &b, .total = total, .n = 3000,
+                                                         .cells_phi = 10, .ax = m.x, .ay = m.y, .az = m.z, .zoom = 20 * least * least, .partial = 1, .seed = 9, .tolerance = 0.004 });
+            }
+        }
+    pt_scene_destroy(s);
 }
 
 /* ---- nothing is NaN ---- */
@@ -461,6 +484,7 @@ void test_bsdf(void) {
     RUN(glass_refracts);
     RUN(ior_one_disappears);
     RUN(ior_one_in_a_picture);
+    RUN(every_surface_samples_its_pdf);
     RUN(no_nans);
     RUN(user_diffuse_is_diffuse);
     RUN(half_mirror_agrees);
