@@ -83,9 +83,9 @@ static inline double bounce_pdf(void *ctx, pt_vec3 wi) {
 
 /* What the surface's own samples make of it, by n quasi-random ones. flux counts what goes through glass by eta^2, as
    energy instead of as radiance, which is squeezed inside. */
-typedef struct albedo { double radiance, flux, deltas, lost, bad; } albedo;
+typedef struct albedo { double radiance, flux, square, deltas, lost, bad; } albedo;      /* square: the mean of radiance^2 */
 static inline albedo albedo_of(const bounce *b, double eta, int n) {
-    albedo a = { 0, 0, 0, 0, 0 };
+    albedo a = { 0, 0, 0, 0, 0, 0 };
     pti_sampler sampler;
     int i;
     memset(&sampler, 0, sizeof sampler);
@@ -105,9 +105,10 @@ static inline albedo albedo_of(const bounce *b, double eta, int n) {
         w = p > 0 ? (double)f.y / p : 0;
         if (!(p > 0) || !(w >= 0) || !(w < 1e6)) a.bad++;
         a.radiance += w;
+        a.square += w * w;
         a.flux += pti_same_side(&b->x, b->x.wo, s.wi) ? w : w * eta * eta;
     }
-    a.radiance /= n; a.flux /= n; a.deltas /= n; a.lost /= n; a.bad /= n;
+    a.radiance /= n; a.flux /= n; a.square /= n; a.deltas /= n; a.lost /= n; a.bad /= n;
     return a;
 }
 #endif

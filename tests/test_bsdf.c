@@ -261,6 +261,66 @@ static void every_surface_samples_its_pdf(void) {
     pt_scene_destroy(s);
 }
 
+/* f(wo, wi) = f(wi, wo), and with radiance squeezed inside of glass f(wo, wi) / n_o^2 = f(wi, wo) / n_i^2. Not so where layers
+   leave to what is below them what they do not reflect from wo. */
+static void reciprocity(void) {
+    static const surface_kind kinds[] = { LAMBERT, ROUGH_DIFFUSE, METAL, METAL_ANISO, METAL_TURNED, GOLD, THIN, GLASS, GLASS_LOW, GLASS_INVERSE, GLASS_ANISO, PLASTIC, MIXED };
+    enum { N = sizeof kinds / sizeof kinds[0] };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material id[N][ROUGHS];
+    int i, r, k;
+    for (i = 0; i < N; i++) for (r = 0; r < ROUGHS; r++) id[i][r] = add_surface(s, (int)kinds[i], roughs[r]);
+    if (commit(s)) for (i = 0; i < N; i++) for (r = 0; r < ROUGHS; r++) {
+        const pti_material *m = s->materials + id[i][r].id;
+        double ior = kinds[i] == MIXED ? 1.5 : kinds[i] >= GLASS && kinds[i] <= GLASS_ANISO ? (double)m->desc.ior : 1;
+        int tested = 0, seen = 0;
+        pt_rng rng;
+        pt_rng_seed(&rng, 8, 8);
+        test_case("%s of roughness %g", surface_names[kinds[i]], (double)roughs[r]);
+        for (k = 0; k < 3000; k++) {
+            pt_vec3 a = stats_direction(&rng), b = stats_direction(&rng), u = stats_uniform3(&rng), there, back;
+            pt_vertex x = vertex_of(a, pt_v3(0, 0, 1), pt_v3(0, 0, 1)), y;
+            pt_scatter out;
+            double f, g;
+            if (k & 1 && sample_of(m, &x, u.x, u.y, u.z, &out) && !out.delta) b = out.wi;
+            if (fabsf(a.z) < 0.02f || fabsf(b.z) < 0.02f) continue;
+            y = vertex_of(b, pt_v3(0, 0, 1), pt_v3(0, 0, 1));
+            there = eval_of(m, &x, b);
+            back = eval_of(m, &y, a);
+            f = (double)there.y / fabs((double)b.z) / (a.z < 0 ? ior * ior : 1);
+            g = (double)back.y / fabs((double)a.z) / (b.z < 0 ? ior * ior : 1);
+            tested++;
+            seen += f > 0;
+            if (!(fabs(f - g) <= 4e-3 * (fabs(f) + fabs(g)) + 1e-6)) FAIL("cosines %g and %g: %g, but back %g", (double)a.z, (double)b.z, f, g);
+        }
+        CHECK(tested > 2000 && seen > 500);
+    }
+    pt_scene_destroy(s);
+}
+/* No weight f / p is much above the albedo: what is drawn seldom must be dim. */
+static void weights_are_even(void) {
+    static const double cosine[] = { 0.95, 0.5, 0.1 };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material id[SURFACE_KINDS][ROUGHS], hardly[2];
+    int kind, r, k;
+    for (kind = 0; kind < SURFACE_KINDS; kind++) for (r = 0; r < ROUGHS; r++) id[kind][r] = add_surface(s, kind, roughs[r]);
+    for (k = 0; k < 2; k++)                              /* a little metal, rough and smooth */
+        hardly[k] = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_PRINCIPLED, .color = { 0.8f, 0.8f, 0.8f }, .roughness = 0.5f * (float)k, .metallic = 0.02f });
+    if (commit(s)) for (k = 0; k < 3; k++) {
+        for (kind = 0; kind < SURFACE_KINDS + 2; kind++) for (r = 0; r < ROUGHS; r++) {
+            bounce b;
+            albedo a;
+            if (kind >= SURFACE_KINDS && r) continue;
+            bounce_at(&b, s->materials + (kind < SURFACE_KINDS ? id[kind][r] : hardly[kind - SURFACE_KINDS]).id, vertex_at(cosine[k], 0.7));
+            a = albedo_of(&b, 1, 1024);
+            test_case("%s of roughness %g, cosine %g", kind < SURFACE_KINDS ? surface_names[kind] : "a little metal", (double)roughs[r], cosine[k]);
+            if (!(a.square <= 2.5 * a.radiance * a.radiance)) FAIL("albedo %g, mean square %g", a.radiance, a.square);
+            CHECK(a.radiance > 0.2 && a.radiance < 1.01);
+        }
+    }
+    pt_scene_destroy(s);
+}
+
 /* ---- nothing is NaN ---- */
 
 static float extreme(pt_rng *rng) {                      /* in [0,1), often at or near an end */
@@ -485,6 +545,8 @@ void test_bsdf(void) {
     RUN(ior_one_disappears);
     RUN(ior_one_in_a_picture);
     RUN(every_surface_samples_its_pdf);
+    RUN(reciprocity);
+    RUN(weights_are_even);
     RUN(no_nans);
     RUN(user_diffuse_is_diffuse);
     RUN(half_mirror_agrees);

@@ -26,7 +26,7 @@ static void colors_of_wavelengths(void) {
         if (!(nm >= PTI_SHORTEST && nm < PTI_LONGEST && w.x >= 0 && w.y >= 0 && w.z >= 0)) { FAIL("%g nm, %g %g %g", (double)nm, (double)w.x, (double)w.y, (double)w.z); return; }
         count[cell]++;
         mean[1] = pti_madd(w, 1 / (float)n, mean[1]);
-        CHECK_NEAR(w.x + w.y + w.z, 3, 1e-4);            /* p is in proportion to r + g + b */
+        CHECK_NEAR(w.x + w.y + w.z, 3, 1e-3);            /* p is in proportion to r + g + b */
     }
     for (i = 0; i < 2; i++) {
         test_case(i ? "samples" : "table");
@@ -107,7 +107,7 @@ static void white_stays_white(void) {
         stats_moments mean[3] = { { 0, 0, 0 }, { 0, 0, 0 }, { 0, 0, 0 } };
         if (k == 2) { glassy.bsdf = PT_BSDF_PRINCIPLED; glassy.transmission = 1; glassy.color = pt_v3(1, 1, 1); }
         m = pt_add_material(s, &glassy);
-        mixed.a = m; mixed.b = glass(s, 1.2f);
+        mixed.a = m; mixed.b = diffuse(s, 1);
         if (k == 3) m = pt_add_material(s, &mixed);
         if (k == 0) pt_add_box(s, pt_v3(-5, -0.5f, -5), pt_v3(5, 0, 5), NULL, m);
         else pt_add_sphere(s, pt_v3(0, 0, 0), 1, m);
