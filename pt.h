@@ -3094,7 +3094,7 @@ static void pti_shade_frame(pti_shading *s, const pt_vertex *x) {
     l->ax = pti_alpha(d->roughness);
     l->ay = d->roughness_y > 0 ? pti_alpha(d->roughness_y) : l->ax;
     l->eta = pti_index_at(d, x->wavelength);
-    if (l->inside) l->eta = 1 / l->eta;
+    if (l->inside && !d->thin) l->eta = 1 / l->eta;       /* a thin wall is the same from both sides */
     l->t = pti_normalize(pti_madd(l->n, -pti_dot(l->n, x->tangent), x->tangent));
     if (l->ax == l->ay || pti_is_zero3(l->t)) pti_basis(l->n, &l->t, &l->b);
     else {
