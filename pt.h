@@ -2509,7 +2509,7 @@ typedef struct pti_lobe {
     pt_vec3 t, b, n, wo;                                 /* the frame, and wo in it */
     float ax, ay, eta;                                   /* eta: index behind over index before */
     int inside;                                          /* wo is where the normal does not point */
-    pt_vec3 r0, k;                                       /* metal: reflectance, or, where k is not 0, eta + i k */
+    pt_vec3 r0, k;                                       /* metal: reflectance, or, where k is not 0, eta + i k; EON: r0 albedo */
     const pti_albedo *albedo;                            /* NULL for smooth lobes */
     float row, e, e_mean;                                /* its row; E(wo); the mean of E, or under a layer of 1 - E */
     float fresnel_mean;                                  /* PTI_THIN: of one face */
@@ -2551,7 +2551,7 @@ static pt_vec3 pti_eon(pt_vec3 albedo, float rough, pt_vec3 wo, pt_vec3 wi) {
 static float pti_diffuse_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
     float p = pti_pdf_cosine(wi.z), under;
     if (!(p > 0)) return 0;
-    *f = l->rough > 0 ? pti_scale(pti_eon(l->color, l->rough, l->wo, wi), wi.z) : pti_scale(l->color, p);
+    *f = l->rough > 0 ? pti_mul(l->color, pti_scale(pti_eon(l->r0, l->rough, l->wo, wi), wi.z)) : pti_scale(l->color, p);
     if (l->albedo) {
         under = 1 - l->cover * pti_albedo_at(&l->albedo->reflected, wi.z, l->row);
         *f = pti_scale(*f, under / l->e_mean);           /* 1 - E(wo) is in the colour */
@@ -2997,10 +2997,11 @@ static float pti_mean_roughness(const pt_material_desc *d) {
     return d->roughness_y > 0 ? sqrtf(d->roughness * d->roughness_y) : d->roughness;
 }
 
-static void pti_shade_diffuse(pti_shading *s, pt_vec3 color, float rough, float shared) {
+static void pti_shade_diffuse(pti_shading *s, float rough, float shared) {
+    pt_vec3 color = pti_mul(s->weight, s->d->color);
     float through = s->d->translucency, share = pti_luminance(color) * shared;
-    pti_lobe *l = pti_add_lobe(s, rough > 0 ? PTI_DIFFUSE : PTI_LAMBERT, pti_scale(color, 1 - through), share * (1 - through));
-    if (l) l->rough = rough;
+    pti_lobe *l = pti_add_lobe(s, rough > 0 ? PTI_DIFFUSE : PTI_LAMBERT, pti_scale(rough > 0 ? s->weight : color, 1 - through), share * (1 - through));
+    if (l) { l->rough = rough; l->r0 = s->d->color; }
     pti_add_lobe(s, PTI_THROUGH, pti_scale(color, through), share * through);
 }
 static void pti_shade_metal(pti_shading *s, pt_vec3 weight, pt_vec3 r0, pt_vec3 k) {
@@ -3062,7 +3063,7 @@ static void pti_shade_principled(pti_shading *s) {
     s->weight = pti_scale(s->weight, 1 - d->transmission);
     e = pti_shade_layer(s, d->specular, d->ior, s->m->dielectric, d->roughness, d->roughness_y);
     first = s->surface->count;
-    pti_shade_diffuse(s, pti_mul(s->weight, d->color), 0, 1 - e);
+    pti_shade_diffuse(s, 0, 1 - e);
     if (!(e > 0)) return;
     for (; first < s->surface->count; first++) {         /* what is below the gloss */
         pti_lobe *l = s->surface->lobes + first;
@@ -3134,7 +3135,7 @@ static void pti_material_lobes(const pti_material *m, const pt_vertex *x, pt_vec
         l = pti_add_lobe(&s, PTI_USER_LOBE, s.weight, pti_luminance(s.weight));
         if (l) { l->vtable = m->vtable; l->user = m->desc.user; }
         break;
-    default: pti_shade_diffuse(&s, pti_mul(s.weight, s.d->color), s.d->roughness, 1);
+    default: pti_shade_diffuse(&s, s.d->roughness, 1);
     }
 }
 /* All of it, shares adding up to 1. */
