@@ -2934,7 +2934,7 @@ static pt_vec3 pti_bumped(const pti_material *m, const pt_vertex *x, pt_vec3 n) 
     y = *x;
     y.v = x->v + dv; y.p = pti_madd(x->dpdv, dv, x->p);
     hv = metres * (pti_texture_grey(t, &y) - h) / dv;
-    bent = pti_cross(pti_madd(n, hu, x->dpdu), pti_madd(n, hv, x->dpdv));
+    bent = pti_cross(pti_madd(n, hu - pti_dot(n, x->dpdu), x->dpdu), pti_madd(n, hv - pti_dot(n, x->dpdv), x->dpdv));
     if (!(pti_dot(bent, bent) > 0)) return n;
     return pti_normalize(pti_dot(bent, n) < 0 ? pti_neg(bent) : bent);
 }
