@@ -2949,7 +2949,7 @@ static pt_vec3 pti_mapped(const pti_material *m, const pt_vertex *x, pt_vec3 n) 
    is bent back: it would only be black there. */
 static pt_vec3 pti_shading_normal(const pti_material *m, const pt_vertex *x) {
     float side = pti_dot(x->ng, x->wo) < 0 ? -1.0f : 1.0f;
-    pt_vec3 n = x->ns, back = pti_scale(x->ng, side);
+    pt_vec3 n = x->ns, above = pti_scale(x->ng, side), back = pti_scale(x->ns, side);
     int i;
     if (m->desc.normal_texture.id) n = pti_mapped(m, x, n);
     if (m->desc.bump_texture.id) n = pti_bumped(m, x, n);
@@ -2957,7 +2957,7 @@ static pt_vec3 pti_shading_normal(const pti_material *m, const pt_vertex *x) {
     if (!m->desc.normal_texture.id && !m->desc.bump_texture.id) return n;
     for (i = 0; i < 16; i++) {
         float c = pti_dot(n, x->wo);
-        if (c > 1e-3f && 2 * c * pti_dot(n, back) > pti_dot(back, x->wo)) return n;
+        if (c > 1e-3f && 2 * c * pti_dot(n, above) > pti_dot(above, x->wo)) return n;
         n = pti_normalize(pti_madd(n, 0.7f, pti_scale(back, 0.3f)));
     }
     return back;
