@@ -2900,6 +2900,7 @@ static void pti_material_vary(const pti_material *m, const pt_vertex *x, pt_mate
     if (d->opacity_texture.id) d->transparency = 1 - (1 - d->transparency) * pti_texture_grey(pti_material_texture(m, d->opacity_texture), x);
     if (d->shade) d->shade(d->user, x, d);
     d->transparency = pti_unit(d->transparency);
+    d->sheen_roughness = pti_unit(d->sheen_roughness);
 #define PTI_VARY(name) d->name = pti_unit(d->name);
     PTI_NUMBERS(PTI_VARY)
 #undef PTI_VARY
