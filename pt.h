@@ -4205,8 +4205,8 @@ static int pti_material_tables(pt_scene *s, pti_material *m) {
     const pt_material_desc *d = &m->desc;
     int any = d->shade != NULL, varied = any || d->roughness_texture.id || d->roughness_y_texture.id;
     int rough = varied || !pti_smooth(pti_roughest(d)), principled = d->bsdf == PT_BSDF_PRINCIPLED;
-    int glass = d->bsdf == PT_BSDF_DIELECTRIC && !d->thin;
-    int metal = d->bsdf == PT_BSDF_CONDUCTOR || (d->bsdf == PT_BSDF_DIELECTRIC && d->thin) || (principled && (any || d->metallic > 0
+    int dielectric = d->bsdf == PT_BSDF_DIELECTRIC, glass = dielectric && (any || !d->thin);
+    int metal = d->bsdf == PT_BSDF_CONDUCTOR || (dielectric && (any || d->thin)) || (principled && (any || d->metallic > 0
         || d->metallic_texture.id || d->thin));
     float ax = 0, ay = 0;
     if (!varied && d->roughness_y > 0 && d->roughness_y != d->roughness) { ax = pti_alpha(d->roughness); ay = pti_alpha(d->roughness_y); }
