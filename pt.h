@@ -2897,6 +2897,7 @@ static void pti_material_vary(const pti_material *m, const pt_vertex *x, pt_mate
     if (d->rotation_texture.id) d->rotation_deg += 360 * pti_texture_grey(pti_material_texture(m, d->rotation_texture), x);
     d->color = pti_vary3(m, x, d->color, d->color_texture);
     d->sheen_color = pti_vary3(m, x, d->sheen_color, d->sheen_color_texture);
+    d->emission = pti_vary3(m, x, d->emission, d->emission_texture);
     if (d->opacity_texture.id) d->transparency = 1 - (1 - d->transparency) * pti_texture_grey(pti_material_texture(m, d->opacity_texture), x);
     if (d->shade) d->shade(d->user, x, d);
     d->transparency = pti_unit(d->transparency);
@@ -2911,15 +2912,14 @@ static void pti_material_vary(const pti_material *m, const pt_vertex *x, pt_mate
 /* Radiance towards wo. A mix emits what its parts do. */
 static pt_vec3 pti_material_emission(const pti_material *m, const pt_vertex *x) {
     pt_vec3 e = pt_v3(0, 0, 0);
-    float pass = m->desc.transparency, mix;
+    const pt_material_desc *d = &m->desc;
+    pt_material_desc varied;
     if (!m->emits) return e;
-    if (m->desc.bsdf == PT_BSDF_MIX) {
-        mix = pti_unit(pti_vary(m, x, m->desc.mix, m->desc.mix_texture));
-        e = pti_madd(pti_material_emission(m->all + m->desc.a.id, x), 1 - mix, pti_scale(pti_material_emission(m->all + m->desc.b.id, x), mix));
-    }
-    if (m->desc.two_sided || pti_dot(x->ng, x->wo) > 0) e = pti_add(e, pti_vary3(m, x, m->desc.emission, m->desc.emission_texture));
-    if (m->desc.opacity_texture.id) pass = 1 - (1 - pass) * pti_unit(pti_texture_grey(pti_material_texture(m, m->desc.opacity_texture), x));
-    return pti_scale(e, 1 - pass);
+    if (m->varies) { pti_material_vary(m, x, &varied); d = &varied; }
+    if (d->bsdf == PT_BSDF_MIX)
+        e = pti_madd(pti_material_emission(m->all + d->a.id, x), 1 - d->mix, pti_scale(pti_material_emission(m->all + d->b.id, x), d->mix));
+    if (d->two_sided || pti_dot(x->ng, x->wo) > 0) e = pti_add(e, d->emission);
+    return pti_scale(e, 1 - d->transparency);
 }
 
 /* Normal maps hold normals in the tangent's frame. Bump maps hold heights: the surface p + h n has the tangents
