@@ -3084,7 +3084,7 @@ static float pti_index_at(const pt_material_desc *d, float wavelength) {
     float B;
     if (!(d->abbe > 0) || !(wavelength > 0)) return d->ior;
     B = (d->ior - 1) / (d->abbe * (1 / (486.13f * 486.13f) - 1 / (656.27f * 656.27f)));
-    return d->ior + B * (1 / (wavelength * wavelength) - 1 / (587.56f * 587.56f));
+    return pti_max(d->ior + B * (1 / (wavelength * wavelength) - 1 / (587.56f * 587.56f)), 0.01f);     /* as far as ior goes */
 }
 /* The frame: about the tangent where the roughness along it differs from that across, else about any. */
 static void pti_shade_frame(pti_shading *s, const pt_vertex *x) {
