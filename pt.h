@@ -2343,7 +2343,7 @@ static float pti_sheen_l(float z, float t) {             /* t from 1, smooth, to
     return A / (1 + B * pti_pow(z, C)) + D * z + E;
 }
 static float pti_sheen_lambda(float z, float t) {
-    return pti_exp(z < 0.5f ? pti_sheen_l(z, t) : 2 * pti_sheen_l(0.5f, t) - pti_sheen_l(1 - z, t));
+    return pti_exp(z < 0.5f ? pti_sheen_l(z, t) : 2 * pti_sheen_l(0.5f, t) - pti_sheen_l(pti_max(1 - z, 0), t));
 }
 static float pti_sheen(pt_vec3 wo, pt_vec3 wi, float alpha) {
     pt_vec3 m = pti_normalize(pti_add(wo, wi));
