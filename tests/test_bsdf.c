@@ -400,7 +400,9 @@ static pt_vertex any_vertex(pt_rng *rng) {
     default: break;
     }
     x = vertex_of(wo, ng, ns);
-    x.tangent = pt_rng_u32(rng) % 4 ? t : extreme_direction(rng);
+    x.tangent = extreme_direction(rng);                  /* perpendicular to ns, as in pti_vertex_coordinates */
+    x.tangent = pti_normalize(pti_madd(x.ns, -pti_dot(x.ns, x.tangent), x.tangent));
+    if (!(fabsf(pti_dot(x.tangent, x.ns)) < 1e-5f) || pti_is_zero3(x.tangent)) pti_basis(x.ns, &x.tangent, &b);
     x.dpdu = pt_rng_u32(rng) % 4 ? t : pt_v3(0, 0, 0); x.dpdv = pt_rng_u32(rng) % 4 ? b : pti_scale(t, 1e-20f);
     x.u = pt_rng_float(rng) * 100 - 50; x.v = pt_rng_float(rng);
     x.wavelength = pt_rng_u32(rng) % 2 ? 0 : 390 + 320 * pt_rng_float(rng);
@@ -421,7 +423,7 @@ static int one_is_sane(const pti_material *m, pt_rng *rng) {
     for (i = 0; i < surface.count; i++) sum += surface.lobes[i].share;
     if (surface.count && !(fabsf(sum - 1) < 1e-5f && surface.delta >= 0 && surface.delta < 1.00001f)) return FAIL("shares add up to %g, deltas to %g", (double)sum, (double)surface.delta);
     drawn = pti_surface_sample(&surface, u[0], u[1], u[2], &out);
-    if (drawn && !(fabsf(pti_length(out.wi) - 1) < 1e-5f)) return FAIL("wi %g %g %g", (double)out.wi.x, (double)out.wi.y, (double)out.wi.z);
+    if (drawn && !(fabsf(pti_length(out.wi) - 1) < 1e-5f)) return FAIL("wi %g %g %g is %.8g long, delta %d", (double)out.wi.x, (double)out.wi.y, (double)out.wi.z, (double)pti_length(out.wi), out.delta);
     if (drawn && out.delta && !(sane(out.f.x) && sane(out.f.y) && sane(out.f.z) && out.pdf >= 0 && out.pdf <= 1.00001f))
         return FAIL("delta: f %g %g %g, pdf %g", (double)out.f.x, (double)out.f.y, (double)out.f.z, (double)out.pdf);
     for (k = 0; k < 2; k++) {
