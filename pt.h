@@ -2299,7 +2299,7 @@ static float pti_fresnel_metal(float cos_i, float eta, float k) {
     float c2 = cos_i * cos_i, s2 = 1 - c2, e = eta * eta - k * k - s2, ab = sqrtf(e * e + 4 * eta * eta * k * k);
     float a = 2 * cos_i * sqrtf(pti_max((ab + e) / 2, 0)), s = (ab + c2 - a) / (ab + c2 + a);
     float p = s * (c2 * ab + s2 * s2 - a * s2) / (c2 * ab + s2 * s2 + a * s2);
-    return pti_min((s + p) / 2, 1);
+    return pti_max(pti_min((s + p) / 2, 1), 0);         /* 0 / 0, where eta and k are 0: 1 */
 }
 /* Schlick 1994: r0 at normal incidence, 1 at grazing. */
 static pt_vec3 pti_fresnel_schlick(float cos_i, pt_vec3 r0) {
