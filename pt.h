@@ -2726,7 +2726,7 @@ static float pti_fresnel_metal(float cos_i, float eta, float k) {
     float c2 = cos_i * cos_i, s2 = 1 - c2, e = eta * eta - k * k - s2, ab = sqrtf(e * e + 4 * eta * eta * k * k);
     float a = 2 * cos_i * sqrtf(pti_max((ab + e) / 2, 0)), s = (ab + c2 - a) / (ab + c2 + a);
     float p = s * (c2 * ab + s2 * s2 - a * s2) / (c2 * ab + s2 * s2 + a * s2);
-    return pti_min((s + p) / 2, 1);
+    return pti_max(pti_min((s + p) / 2, 1), 0);         /* 0 / 0, where eta and k are 0: 1 */
 }
 /* Measured indices, averaged over the bands of red, green and blue: those that come with Mitsuba, which has them from SOPRA's
    database. */
@@ -2785,7 +2785,7 @@ static float pti_sheen_l(float z, float t) {             /* t from 1, smooth, to
     return A / (1 + B * pti_pow(z, C)) + D * z + E;
 }
 static float pti_sheen_lambda(float z, float t) {
-    return pti_exp(z < 0.5f ? pti_sheen_l(z, t) : 2 * pti_sheen_l(0.5f, t) - pti_sheen_l(1 - z, t));
+    return pti_exp(z < 0.5f ? pti_sheen_l(z, t) : 2 * pti_sheen_l(0.5f, t) - pti_sheen_l(pti_max(1 - z, 0), t));
 }
 static float pti_sheen(pt_vec3 wo, pt_vec3 wi, float alpha) {
     pt_vec3 m = pti_normalize(pti_add(wo, wi));
@@ -2951,7 +2951,7 @@ typedef struct pti_lobe {
     pt_vec3 t, b, n, wo;                                 /* the frame, and wo in it */
     float ax, ay, eta;                                   /* eta: index behind over index before */
     int inside;                                          /* wo is where the normal does not point */
-    pt_vec3 r0, k;                                       /* metal: reflectance, or, where k is not 0, eta + i k */
+    pt_vec3 r0, k;                                       /* metal: reflectance, or, where k is not 0, eta + i k; EON: r0 albedo */
     const pti_albedo *albedo;                            /* NULL for smooth lobes */
     float row, e, e_mean;                                /* its row; E(wo); the mean of E, or under a layer of 1 - E */
     float fresnel_mean;                                  /* PTI_THIN: of one face */
@@ -2993,7 +2993,7 @@ static pt_vec3 pti_eon(pt_vec3 albedo, float rough, pt_vec3 wo, pt_vec3 wi) {
 static float pti_diffuse_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
     float p = pti_pdf_cosine(wi.z), under;
     if (!(p > 0)) return 0;
-    *f = l->rough > 0 ? pti_scale(pti_eon(l->color, l->rough, l->wo, wi), wi.z) : pti_scale(l->color, p);
+    *f = l->rough > 0 ? pti_mul(l->color, pti_scale(pti_eon(l->r0, l->rough, l->wo, wi), wi.z)) : pti_scale(l->color, p);
     if (l->albedo) {
         under = 1 - l->cover * pti_albedo_at(&l->albedo->reflected, wi.z, l->row);
         *f = pti_scale(*f, under / l->e_mean);           /* 1 - E(wo) is in the colour */
@@ -3355,9 +3355,11 @@ static void pti_material_vary(const pti_material *m, const pt_vertex *x, pt_mate
     if (d->rotation_texture.id) d->rotation_deg += 360 * pti_texture_grey(pti_material_texture(m, d->rotation_texture), x);
     d->color = pti_vary3(m, x, d->color, d->color_texture);
     d->sheen_color = pti_vary3(m, x, d->sheen_color, d->sheen_color_texture);
+    d->emission = pti_vary3(m, x, d->emission, d->emission_texture);
     d->transparency = 1 - (1 - d->transparency) * pti_material_opacity(m, x);
     if (d->shade) d->shade(d->user, x, d);
     d->transparency = pti_unit(d->transparency);
+    d->sheen_roughness = pti_unit(d->sheen_roughness);
 #define PTI_VARY(name) d->name = pti_unit(d->name);
     PTI_NUMBERS(PTI_VARY)
 #undef PTI_VARY
@@ -3368,16 +3370,18 @@ static void pti_material_vary(const pti_material *m, const pt_vertex *x, pt_mate
 /* Radiance towards wo. A mix emits what its parts do. */
 static pt_vec3 pti_material_emission(const pti_material *m, const pt_vertex *x) {
     pt_vec3 e = pt_v3(0, 0, 0);
-    float pass = m->desc.transparency, mix;
-    if (m->glows) return m->desc.two_sided || pti_dot(x->ng, x->wo) > 0 ? m->desc.emission : e;
+    const pt_material_desc *d = &m->desc;
+    pt_material_desc varied;
+    float passes;
+    if (m->glows) return d->two_sided || pti_dot(x->ng, x->wo) > 0 ? d->emission : e;
     if (!m->emits) return e;
-    if (m->desc.bsdf == PT_BSDF_MIX) {
-        mix = pti_unit(pti_vary(m, x, m->desc.mix, m->desc.mix_texture));
-        e = pti_madd(pti_material_emission(m->all + m->desc.a.id, x), 1 - mix, pti_scale(pti_material_emission(m->all + m->desc.b.id, x), mix));
-    }
-    if (m->profile.outer > 0) pass = 1 - (1 - pass) * pti_profile_at(&m->profile, x->wo);
-    if (m->desc.two_sided || pti_dot(x->ng, x->wo) > 0) e = pti_add(e, pti_max3(pti_vary3(m, x, m->desc.emission, m->desc.emission_texture), pt_v3(0, 0, 0)));
-    return pti_scale(e, (1 - pass) * pti_unit(pti_material_opacity(m, x)));
+    if (m->varies) { pti_material_vary(m, x, &varied); d = &varied; }
+    if (d->bsdf == PT_BSDF_MIX)
+        e = pti_madd(pti_material_emission(m->all + d->a.id, x), 1 - d->mix,
+                     pti_scale(pti_material_emission(m->all + d->b.id, x), d->mix));
+    if (d->two_sided || pti_dot(x->ng, x->wo) > 0) e = pti_add(e, pti_max3(d->emission, pt_v3(0, 0, 0)));
+    passes = m->profile.outer > 0 ? pti_profile_at(&m->profile, x->wo) : 1.0f;
+    return pti_scale(e, (1 - d->transparency) * passes);
 }
 
 /* Normal maps hold normals in the tangent's frame. Bump maps hold heights: the surface p + h n has the tangents
@@ -3394,7 +3398,7 @@ static pt_vec3 pti_bumped(const pti_material *m, const pt_vertex *x, pt_vec3 n) 
     y = *x;
     y.v = x->v + dv; y.p = pti_madd(x->dpdv, dv, x->p);
     hv = metres * (pti_texture_grey(t, &y) - h) / dv;
-    bent = pti_cross(pti_madd(n, hu, x->dpdu), pti_madd(n, hv, x->dpdv));
+    bent = pti_cross(pti_madd(n, hu - pti_dot(n, x->dpdu), x->dpdu), pti_madd(n, hv - pti_dot(n, x->dpdv), x->dpdv));
     if (!(pti_dot(bent, bent) > 0)) return n;
     return pti_normalize(pti_dot(bent, n) < 0 ? pti_neg(bent) : bent);
 }
@@ -3405,22 +3409,23 @@ static pt_vec3 pti_mapped(const pti_material *m, const pt_vertex *x, pt_vec3 n) 
     c = pti_to_world(x->tangent, b, n, c);
     return pti_dot(c, c) > 0 ? pti_normalize(c) : n;
 }
-/* The shading normal on wo's side. What a map has bent so far that wo, or its mirror direction, would be below the surface,
-   is bent back: it would only be black there. */
+/* The shading normal on wo's side. Where the mirror direction about it would be below the surface, where all is black, that
+   is lifted just above the horizon, and the normal is half-way to there. A diffuse surface has no mirror direction. */
 static pt_vec3 pti_shading_normal(const pti_material *m, const pt_vertex *x) {
-    float side = pti_dot(x->ng, x->wo) < 0 ? -1.0f : 1.0f;
-    pt_vec3 n = x->ns, back = pti_scale(x->ng, side);
-    int i;
+    float side = pti_dot(x->ng, x->wo) < 0 ? -1.0f : 1.0f, c, least, height;
+    pt_vec3 n = x->ns, up = pti_scale(x->ng, side), r;
     if (m->desc.normal_texture.id) n = pti_mapped(m, x, n);
     if (m->desc.bump_texture.id) n = pti_bumped(m, x, n);
     n = pti_scale(n, side);
-    if (!m->desc.normal_texture.id && !m->desc.bump_texture.id) return n;
-    for (i = 0; i < 16; i++) {
-        float c = pti_dot(n, x->wo);
-        if (c > 1e-3f && 2 * c * pti_dot(n, back) > pti_dot(back, x->wo)) return n;
-        n = pti_normalize(pti_madd(n, 0.7f, pti_scale(back, 0.3f)));
-    }
-    return back;
+    c = pti_dot(n, x->wo);
+    if (c < 1e-3f) n = pti_normalize(pti_madd(x->wo, 1e-3f - c, n));         /* as pti_vertex_orient does */
+    if (m->desc.bsdf == PT_BSDF_DIFFUSE) return n;
+    r = pti_mirrored(x->wo, n);
+    height = pti_dot(r, up);
+    least = pti_min(0.01f, 0.9f * pti_dot(up, x->wo));
+    if (height >= least) return n;
+    r = pti_add(x->wo, pti_normalize(pti_madd(up, least - height, r)));
+    return pti_dot(r, r) > 1e-10f ? pti_normalize(r) : up;         /* wo itself is at the horizon */
 }
 
 /* One material's work on a surface: where its lobes go, and what it knows for all of them. */
@@ -3457,10 +3462,11 @@ static float pti_mean_roughness(const pt_material_desc *d) {
     return d->roughness_y > 0 ? sqrtf(d->roughness * d->roughness_y) : d->roughness;
 }
 
-static void pti_shade_diffuse(pti_shading *s, pt_vec3 color, float rough, float shared) {
+static void pti_shade_diffuse(pti_shading *s, float rough, float shared) {
+    pt_vec3 color = pti_mul(s->weight, s->d->color);
     float through = s->d->translucency, share = pti_luminance(color) * shared;
-    pti_lobe *l = pti_add_lobe(s, rough > 0 ? PTI_DIFFUSE : PTI_LAMBERT, pti_scale(color, 1 - through), share * (1 - through));
-    if (l) l->rough = rough;
+    pti_lobe *l = pti_add_lobe(s, rough > 0 ? PTI_DIFFUSE : PTI_LAMBERT, pti_scale(rough > 0 ? s->weight : color, 1 - through), share * (1 - through));
+    if (l) { l->rough = rough; l->r0 = s->d->color; }
     pti_add_lobe(s, PTI_THROUGH, pti_scale(color, through), share * through);
 }
 static void pti_shade_metal(pti_shading *s, pt_vec3 weight, pt_vec3 r0, pt_vec3 k) {
@@ -3468,7 +3474,7 @@ static void pti_shade_metal(pti_shading *s, pt_vec3 weight, pt_vec3 r0, pt_vec3 
     pti_lobe *l = pti_add_lobe(s, smooth ? PTI_MIRROR : PTI_METAL, weight, pti_luminance(weight));
     if (!l) return;
     l->r0 = r0; l->k = k;
-    l->share *= pti_max(pti_luminance(pti_lobe_fresnel(l, pti_min(l->wo.z, 1))) / l->share, 0.02f);      /* never 0: it grows at grazing */
+    l->share *= pti_max(pti_luminance(pti_lobe_fresnel(l, pti_min(l->wo.z, 1))), 0.02f);      /* never 0: it grows at grazing */
     if (!smooth) pti_lobe_rough(l, s->m->mirror, pti_mean_roughness(s->d));
 }
 static void pti_shade_glass(pti_shading *s, pt_vec3 weight, pt_vec3 reflected, pt_vec3 through) {
@@ -3522,7 +3528,7 @@ static void pti_shade_principled(pti_shading *s) {
     s->weight = pti_scale(s->weight, 1 - d->transmission);
     e = pti_shade_layer(s, d->specular, d->ior, s->m->dielectric, d->roughness, d->roughness_y);
     first = s->surface->count;
-    pti_shade_diffuse(s, pti_mul(s->weight, d->color), 0, 1 - e);
+    pti_shade_diffuse(s, 0, 1 - e);
     if (!(e > 0)) return;
     for (; first < s->surface->count; first++) {         /* what is below the gloss */
         pti_lobe *l = s->surface->lobes + first;
@@ -3542,7 +3548,7 @@ static float pti_index_at(const pt_material_desc *d, float wavelength) {
     float B;
     if (!(d->abbe > 0) || !(wavelength > 0)) return d->ior;
     B = (d->ior - 1) / (d->abbe * (1 / (486.13f * 486.13f) - 1 / (656.27f * 656.27f)));
-    return d->ior + B * (1 / (wavelength * wavelength) - 1 / (587.56f * 587.56f));
+    return pti_max(d->ior + B * (1 / (wavelength * wavelength) - 1 / (587.56f * 587.56f)), 0.01f);     /* as far as ior goes */
 }
 /* The frame: about the tangent where the roughness along it differs from that across, else about any. */
 static void pti_shade_frame(pti_shading *s, const pt_vertex *x) {
@@ -3554,8 +3560,9 @@ static void pti_shade_frame(pti_shading *s, const pt_vertex *x) {
     l->ax = pti_alpha(d->roughness);
     l->ay = d->roughness_y > 0 ? pti_alpha(d->roughness_y) : l->ax;
     l->eta = pti_index_at(d, x->wavelength);
-    if (l->inside) l->eta = 1 / l->eta;
+    if (l->inside && !d->thin) l->eta = 1 / l->eta;       /* a thin wall is the same from both sides */
     l->t = pti_normalize(pti_madd(l->n, -pti_dot(l->n, x->tangent), x->tangent));
+    l->t = pti_normalize(pti_madd(l->n, -pti_dot(l->n, l->t), l->t));      /* again, where little was left of it */
     if (l->ax == l->ay || pti_is_zero3(l->t)) pti_basis(l->n, &l->t, &l->b);
     else {
         l->b = pti_cross(l->n, l->t);
@@ -3594,7 +3601,7 @@ static void pti_material_lobes(const pti_material *m, const pt_vertex *x, pt_vec
         l = pti_add_lobe(&s, PTI_USER_LOBE, s.weight, pti_luminance(s.weight));
         if (l) { l->vtable = &m->vtable; l->user = m->desc.user; }
         break;
-    default: pti_shade_diffuse(&s, pti_mul(s.weight, s.d->color), s.d->roughness, 1);
+    default: pti_shade_diffuse(&s, s.d->roughness, 1);
     }
 }
 /* All of it, shares adding up to 1. */
@@ -5215,8 +5222,8 @@ static int pti_material_tables(pt_scene *s, pti_material *m) {
     const pt_material_desc *d = &m->desc;
     int any = d->shade != NULL, varied = any || d->roughness_texture.id || d->roughness_y_texture.id;
     int rough = varied || !pti_smooth(pti_roughest(d)), principled = d->bsdf == PT_BSDF_PRINCIPLED;
-    int glass = d->bsdf == PT_BSDF_DIELECTRIC && !d->thin;
-    int metal = d->bsdf == PT_BSDF_CONDUCTOR || (d->bsdf == PT_BSDF_DIELECTRIC && d->thin) || (principled && (any || d->metallic > 0
+    int dielectric = d->bsdf == PT_BSDF_DIELECTRIC, glass = dielectric && (any || !d->thin);
+    int metal = d->bsdf == PT_BSDF_CONDUCTOR || (dielectric && (any || d->thin)) || (principled && (any || d->metallic > 0
         || d->metallic_texture.id || d->thin));
     float ax = 0, ay = 0;
     if (!varied && d->roughness_y > 0 && d->roughness_y != d->roughness) { ax = pti_alpha(d->roughness); ay = pti_alpha(d->roughness_y); }

@@ -3,6 +3,7 @@
 #define PT_STATIC
 #include "../pt.h"
 #include "test.h"
+#include <stddef.h>
 
 /* ---- errors ---- */
 
@@ -163,6 +164,17 @@ static uint32_t bad_spot_placed(fixture *f) {
     pt_scene_destroy(inner);
     return id;
 }
+#define MATERIAL(...) pt_add_material(f->s, &(pt_material_desc){ __VA_ARGS__ }).id
+static uint32_t bad_lobes(fixture *f) {
+    pt_material_desc d = { .bsdf = PT_BSDF_PRINCIPLED, .coat = 1, .sheen = 1, .translucency = 0.5f, .transmission = 0.5f, .transparency = 0.1f };
+    int i;
+    d.a = d.b = pt_add_material(f->s, &d);
+    d.bsdf = PT_BSDF_MIX;
+    for (i = 0; i < 4; i++) if (!(d.a = pt_add_material(f->s, &d)).id) return 0;
+    return 1;
+}
+BAD(material_a, MATERIAL(.bsdf = PT_BSDF_MIX, .a = far_material))
+BAD(material_b, MATERIAL(.bsdf = PT_BSDF_MIX, .b = far_material))
 
 static const bad_call bad_calls[] = {
     { "sun direction", "pt_add_light|direction|nan", bad_sun_direction }, { "sun radius", "pt_add_light|radius_deg|91", bad_sun_radius },
@@ -203,6 +215,8 @@ static const bad_call bad_calls[] = {
     { "emission", "pt_add_material|emission|-1", bad_material_emission }, { "emission inf", "pt_add_material|emission|inf", bad_material_emission_inf },
     { "ior", "pt_add_material|ior|-1.5", bad_material_ior }, { "ior nan", "pt_add_material|ior|nan", bad_material_ior_nan },
     { "color_texture", "pt_add_material|color_texture 9 does not exist", bad_material_texture }, { "vtable", "pt_add_material|vtable", bad_material_vtable },
+    { "mix of a", "pt_add_material|a, a material|7 does not exist", bad_material_a }, { "mix of b", "pt_add_material|b, a material|7 does not exist", bad_material_b },
+    { "lobes", "pt_add_material|too many lobes|16", bad_lobes },
     { "texture NULL", "pt_add_texture|NULL", bad_texture_null }, { "pixels", "pt_add_texture|pixels is NULL", bad_texture_pixels },
     { "texture width", "pt_add_texture|width|is 0", bad_texture_width }, { "texture height", "pt_add_texture|height|-5", bad_texture_height },
     { "channels", "pt_add_texture|channels|is 5", bad_texture_channels }, { "texture pixel", "pt_add_texture|nan", bad_float_texture },
@@ -224,6 +238,64 @@ static int has_parts(const char *text, const char *want) {
         want += n + (want[n] == '|');
     }
     return 1;
+}
+static void refused(const char *want, pt_material_desc *d) {
+    pt_scene *s = pt_scene_create(NULL);
+    test_case("%s", want);
+    CHECK_EQ_INT(pt_add_material(s, d).id, 0);
+    has_parts(pt_scene_error(s), want);
+    CHECK_EQ_INT(pt_scene_commit(s), PT_ERR_ARG);
+    pt_scene_destroy(s);
+}
+/* Every number of a material: beyond either end, NaN, infinite, and two that are fine; every texture: one that does not exist. */
+static void bad_numbers_of_materials(void) {
+    static const struct { const char *name; size_t at; float bad[2], good[2]; } numbers[] = {
+#define NUMBER(name, low, high, good) { #name, offsetof(pt_material_desc, name), { low, high }, { 0, good } },
+#define UNIT(name) NUMBER(name, -0.01f, 1.01f, 1)
+        PTI_NUMBERS(UNIT) UNIT(sheen_roughness) UNIT(transparency) UNIT(color.x) UNIT(color.y) UNIT(color.z) UNIT(sheen_color.x) UNIT(sheen_color.z)
+        NUMBER(ior, -1, 101, 0.01f) NUMBER(coat_ior, 0.99f, 101, 1) NUMBER(abbe, 0.9f, 2e6f, 1) NUMBER(rotation_deg, -36001, 36001, -360)
+        NUMBER(eta.x, -0.1f, 1001, 1000) NUMBER(eta.z, -0.1f, 1001, 1000) NUMBER(k.y, -0.1f, 1001, 1000) NUMBER(emission.y, -1, 2e12f, 1e11f) NUMBER(bump, -2e12f, 2e12f, -5)
+#undef UNIT
+#undef NUMBER
+    };
+    static const struct { const char *name; size_t at; } textures[] = {
+#define TEXTURE(name) { #name "_texture", offsetof(pt_material_desc, name##_texture) },
+        PTI_TEXTURES(TEXTURE)
+#undef TEXTURE
+    };
+    size_t i;
+    int k;
+    for (i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
+        float bad[4];
+        bad[0] = numbers[i].bad[0]; bad[1] = numbers[i].bad[1]; bad[2] = not_a_number(); bad[3] = infinite();
+        for (k = 0; k < 4; k++) {
+            pt_material_desc d;
+            char want[128];
+            memset(&d, 0, sizeof d);
+            memcpy((char *)&d + numbers[i].at, &bad[k], sizeof bad[k]);
+            snprintf(want, sizeof want, "pt_add_material|%.*s|%s", (int)strcspn(numbers[i].name, "."), numbers[i].name, k == 2 ? "nan" : k == 3 ? "inf" : "");
+            refused(want, &d);
+        }
+        for (k = 0; k < 2; k++) {
+            pt_scene *s = pt_scene_create(NULL);
+            pt_material_desc d;
+            memset(&d, 0, sizeof d);
+            memcpy((char *)&d + numbers[i].at, &numbers[i].good[k], sizeof numbers[i].good[k]);
+            test_case("%s %g", numbers[i].name, (double)numbers[i].good[k]);
+            CHECK(pt_add_material(s, &d).id != 0);
+            CHECK_STR(pt_scene_error(s), "");
+            pt_scene_destroy(s);
+        }
+    }
+    for (i = 0; i < sizeof textures / sizeof textures[0]; i++) {
+        pt_material_desc d;
+        char want[128];
+        memset(&d, 0, sizeof d);
+        memcpy((char *)&d + textures[i].at, &far_texture, sizeof far_texture);
+        snprintf(want, sizeof want, "pt_add_material|%s|9 does not exist", textures[i].name);
+        refused(want, &d);
+    }
+    CHECK_EQ_INT(sizeof textures / sizeof textures[0], 17);
 }
 static void bad_arguments(void) {
     int i;
@@ -581,6 +653,7 @@ static void boxes_face_outwards(void) {
 
 void test_scene(void) {
     RUN(bad_arguments);
+    RUN(bad_numbers_of_materials);
     RUN(committed_scenes_refuse);
     RUN(null_handles);
     RUN(every_allocation_fails);
