@@ -100,7 +100,7 @@ static void mirrors_reflect(void) {
         CHECK(apart(out.wi, wi) < 2e-6 / fmax(dot_of(n, wo), 1e-3));
         CHECK(pti_same_side(&x, x.wo, out.wi));
         c = fabs(dot_of(n, wo)); k = pow(1 - c, 5);
-        CHECK_NEAR(out.f.x, 0.3f + (1 - 0.3f) * k, 2e-6 / fmax(dot_of(n, wo), 0.05));
+        CHECK_NEAR(out.f.x, 0.3f + (1 - 0.3f) * k, 2e-6 / fmax(dot_of(n, wo), 0.01));
         CHECK(pdf_of(m, &x, out.wi) == 0 && pti_is_zero3(eval_of(m, &x, out.wi)));
     }
     CHECK(bent > 100);
