@@ -4519,7 +4519,7 @@ static int pti_check_texture(pt_scene *s, const pt_texture_desc *d) {
 /* The scene's table of what integers of 8 or 16 bits mean, made when it is first wanted. (The one for 16 bits is a quarter
    of a megabyte, and spares 12 powers a look, each of which would take as long as the rest of it.) 0 when out of memory. */
 static int pti_decode_table(pt_scene *s, int bits, int srgb, const float **out) {
-    int i, n = 1 << bits, k = bits == 16 ? 2 : srgb;
+    int i, n = bits == 16 ? 65536 : 256, k = bits == 16 ? 2 : srgb;
     float *table = s->decode[k];
     if (bits == 32 || (bits == 16 && !srgb)) return 1;
     if (!table) {
