@@ -62,7 +62,7 @@ only_needs() {                        # OBJECT ALLOWED: a pattern for whole name
     nm -u "$1" | awk '{ print $NF }' | grep -vE "^(_GLOBAL_OFFSET_TABLE_|__stack_chk_fail|$2)\$" > "$out/needs"
     [ ! -s "$out/needs" ] || { echo "needs also: $(tr '\n' ' ' < "$out/needs")"; return 1; }
 }
-bare='mem(cpy|set|move|cmp|chr)|str[a-z]+|sqrtf?|floorf?|fabsf?|malloc|free'
+bare='mem(cpy|set|move|cmp|chr)|bcmp|str[a-z]+|sqrtf?|floorf?|fabsf?|malloc|free'      # bcmp: clang's memcmp
 for compiler in gcc clang; do
     have $compiler || continue
     $compiler -O2 -DPT_NO_STDIO -DPT_NO_THREADS -I. -c "$out/alone.c" -o "$out/bare.o"
