@@ -3460,7 +3460,7 @@ static void pti_shade_metal(pti_shading *s, pt_vec3 weight, pt_vec3 r0, pt_vec3 
     pti_lobe *l = pti_add_lobe(s, smooth ? PTI_MIRROR : PTI_METAL, weight, pti_luminance(weight));
     if (!l) return;
     l->r0 = r0; l->k = k;
-    l->share *= pti_max(pti_luminance(pti_lobe_fresnel(l, pti_min(l->wo.z, 1))) / l->share, 0.02f);      /* never 0: it grows at grazing */
+    l->share *= pti_max(pti_luminance(pti_lobe_fresnel(l, pti_min(l->wo.z, 1))), 0.02f);      /* never 0: it grows at grazing */
     if (!smooth) pti_lobe_rough(l, s->m->mirror, pti_mean_roughness(s->d));
 }
 static void pti_shade_glass(pti_shading *s, pt_vec3 weight, pt_vec3 reflected, pt_vec3 through) {
