@@ -209,7 +209,7 @@ typedef struct pt_material_desc {
     float      roughness, roughness_y;                    /* 0 smooth to 1; alpha of GGX is its square. Along the tangent, and
                                                              across it: 0 = as along it. Diffuse: EON's, 0 = Lambert */
     float      rotation_deg;                              /* turns the tangent, counter-clockwise seen from outside */
-    float      ior;                                       /* inside over outside; 0 = 1.5 */
+    float      ior;                                       /* inside over outside, 0.01 to 100; 0 = 1.5 */
     float      abbe;                                      /* dispersion: Abbe's number; 0 = none */
     pt_vec3    eta, k;                                    /* conductor: complex index eta + i k a channel; zero = by color */
     float      metallic, transmission;                    /* principled: 0 to 1, like all that follow */
@@ -4367,7 +4367,7 @@ static int pti_check_material_numbers(pt_scene *s, const pt_material_desc *d) {
     PTI_CHECK(sheen_roughness)
     PTI_CHECK(transparency)
 #undef PTI_CHECK
-    return pti_check(s, d->ior >= 0 && d->ior <= 100, call, "ior must be above 0, up to 100, or 0 for 1.5", d->ior)
+    return pti_check(s, d->ior == 0 || (d->ior >= 0.01f && d->ior <= 100), call, "ior must be 0.01 to 100, or 0 for 1.5", d->ior)
         && pti_check(s, d->coat_ior == 0 || (d->coat_ior >= 1 && d->coat_ior <= 100), call, "coat_ior must be 1 to 100, or 0 for 1.5", d->coat_ior)
         && pti_check(s, d->abbe == 0 || (d->abbe >= 1 && d->abbe <= 1e6f), call, "abbe must be 1 to 1e6, or 0 for none", d->abbe)
         && pti_check(s, fabsf(d->rotation_deg) <= 36000, call, "rotation_deg must be within 36000", d->rotation_deg)
@@ -4535,7 +4535,7 @@ static int pti_check_texture(pt_scene *s, const pt_texture_desc *d) {
 /* The scene's table of what integers of 8 or 16 bits mean, made when it is first wanted. (The one for 16 bits is a quarter
    of a megabyte, and spares 12 powers a look, each of which would take as long as the rest of it.) 0 when out of memory. */
 static int pti_decode_table(pt_scene *s, int bits, int srgb, const float **out) {
-    int i, n = 1 << bits, k = bits == 16 ? 2 : srgb;
+    int i, n = bits == 16 ? 65536 : 256, k = bits == 16 ? 2 : srgb;
     float *table = s->decode[k];
     if (bits == 32 || (bits == 16 && !srgb)) return 1;
     if (!table) {

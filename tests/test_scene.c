@@ -443,14 +443,33 @@ static pt_result build_all(pt_scene *s, const pt_scene *inner) {
     static const uint32_t indices[3] = { 0, 1, 2 };
     static const pt_shape_vtable user_shape = { box_bounds, never_hit };
     static const pt_bsdf_vtable user_bsdf = { user_eval, density_pdf, user_sample, NULL };
+    static const uint16_t words[4] = { 65535, 0, 30000, 5 };
+    static const unsigned char bytes[8] = { 255, 0, 128, 64, 5, 99, 1, 254 };
+    static const uint32_t ids[2] = { 1, 0 }, there_and_back[6] = { 0, 1, 2, 2, 1, 0 };
     int i;
     for (i = 0; i < 20; i++) {
         pt_texture t = pt_add_texture(s, &(pt_texture_desc){ .width = 2, .height = 2, .channels = 3, .bits = 32, .pixels = texels });
         pt_material m = pt_add_material(s, &(pt_material_desc){ .color_texture = t });
         pt_material lamp = pt_add_material(s, &(pt_material_desc){ .emission = { 1, 1, 1 }, .two_sided = i % 2 });
         pt_material user = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_USER, .vtable = &user_bsdf });
-        pt_xform x = pti_xform_or_identity(NULL);
+        pt_xform x = pti_xform_or_identity(NULL), y;
         x.m[3] = (float)i;
+        y = x; y.m[7] = 2;
+        if (i == 0) {                                    /* textures of every depth, and several materials a mesh */
+            pt_texture w = pt_add_texture(s, &(pt_texture_desc){ .width = 2, .height = 2, .channels = 1, .bits = 16, .srgb = 1, .pixels = words });
+            pt_texture b = pt_add_texture(s, &(pt_texture_desc){ .width = 2, .height = 1, .channels = 4, .srgb = 1, .pixels = bytes });
+            pt_texture view = pt_add_texture(s, &(pt_texture_desc){ .of = b, .channel = 4 });
+            pt_texture noise = pt_add_texture(s, &(pt_texture_desc){ .pattern = PT_PATTERN_FBM, .solid = 1 });
+            pt_material some[2], mix;
+            some[0] = pt_add_material(s, &(pt_material_desc){ .color_texture = b, .roughness_texture = w, .bump_texture = noise, .opacity_texture = view });
+            some[1] = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_DIELECTRIC, .abbe = 30 });
+            mix = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_MIX, .a = some[0], .b = some[1], .mix = 0.5f });
+            pt_add_mesh(s, &(pt_mesh_desc){ .positions = tri, .vertex_count = 3, .indices = there_and_back, .index_count = 6,
+                .materials = some, .material_count = 2, .material_ids = ids });
+            pt_add_sphere(s, pt_v3(0, 4, 1), 0.25f, mix);
+            pt_add_quad(s, pt_v3(0, 6, 0), pt_v3(1, 0, 0), pt_v3(0, 0, 1), pt_add_material(s, &(pt_material_desc){ .emission_texture = b }));
+        }
+        if (i < 3) pt_add_moving_instance(s, inner, &x, &y);
         pt_add_mesh(s, &(pt_mesh_desc){ .positions = tri, .vertex_count = 3, .indices = indices, .index_count = 3, .normals = normals, .uvs = uvs, .material = m });
         pt_add_mesh(s, &(pt_mesh_desc){ .positions = tri, .vertex_count = 3, .borrow = 1, .material = lamp });
         pt_add_sphere(s, pt_v3((float)i, 1, 1), 0.25f, i % 2 ? lamp : user);
@@ -515,6 +534,35 @@ static void every_allocation_fails(void) {
     pt_scene_destroy(inner);
     CHECK(no_scene == 2 && scene_errors > 50 && no_render == 5 && fine == 1 && total > 60);
 }
+/* The tables of albedos, which are made at commit: by themselves, since each takes long. */
+typedef struct table_counter { counter all; long tables, fail_at; } table_counter;
+static void *table_alloc(void *user, size_t size, size_t align) {
+    table_counter *c = (table_counter *)user;
+    if (size == sizeof(pti_albedo_list) && ++c->tables == c->fail_at) return NULL;
+    return counted_alloc(&c->all, size, align);
+}
+static void table_free(void *user, void *ptr, size_t size) { counted_free(&((table_counter *)user)->all, ptr, size); }
+static void every_table_fails(void) {
+    table_counter c;
+    long n, failed = 0;
+    for (n = 1; n <= 5; n++) {
+        pt_scene_desc d = { { table_alloc, table_free, NULL }, { NULL, NULL } };
+        pt_scene *s;
+        memset(&c, 0, sizeof c);
+        d.allocator.user = &c;
+        c.fail_at = n;
+        s = pt_scene_create(&d);
+        pt_add_sphere(s, pt_v3(0, 0, 0), 1, pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_CONDUCTOR, .color = { 1, 1, 1 }, .roughness = 1 }));
+        pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_CONDUCTOR, .color = { 1, 1, 1 }, .roughness = 0.3f, .roughness_y = 0.5f });
+        pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_PRINCIPLED, .coat = 1, .sheen = 1 });
+        test_case("table %ld", n);
+        if (pt_scene_commit(s) == PT_OK) { CHECK_EQ_INT(c.tables, 4); CHECK_EQ_INT(n, 5); }
+        else { CHECK_EQ_INT(pt_scene_commit(s), PT_ERR_MEMORY); failed++; }
+        pt_scene_destroy(s);
+        CHECK(c.all.live == 0 && c.all.bad == 0);
+    }
+    CHECK_EQ_INT(failed, 4);
+}
 /* An inner scene's commit that runs out of memory leaves a scene that can not be placed. */
 static void failed_scenes_can_not_be_placed(void) {
     counter c = { 0, 0, 0, 0, 0 };
@@ -560,6 +608,204 @@ static void arena_allocator(void) {
     CHECK_EQ_INT(pt_render_run(r), PT_OK);
     CHECK(pt_render_pixels(r) != NULL && (const char *)pt_render_pixels(r) > a.memory && (const char *)pt_render_pixels(r) < a.memory + a.size);
     free(a.memory);                                      /* all is gone with the arena, nothing needs destroying */
+}
+
+/* ---- numbers of all kinds, everywhere ---- */
+
+/* The fields of a description, and what they may be changed to. */
+typedef struct field { const char *name; size_t at; int count, kind; } field;      /* kind: 'f'loat, 'i'nt, 't'exture, 'm'aterial */
+#define FLOATS(type, name) { #name, offsetof(type, name), (int)(sizeof ((type *)0)->name / sizeof(float)), 'f' }
+#define INT(type, name) { #name, offsetof(type, name), 1, 'i' }
+#define TEXTURE(type, name) { #name, offsetof(type, name), 1, 't' }
+#define MATERIAL(name) { #name, offsetof(pt_material_desc, name), 1, 'm' }
+#define M(name) FLOATS(pt_material_desc, name)
+#define MT(name) TEXTURE(pt_material_desc, name##_texture)
+static const field material_fields[] = {
+    M(color), M(roughness), M(roughness_y), M(rotation_deg), M(ior), M(abbe), M(eta), M(k), M(metallic), M(transmission), M(specular),
+    M(coat), M(coat_roughness), M(coat_ior), M(sheen), M(sheen_roughness), M(sheen_color), M(translucency), M(transparency), M(emission),
+    M(mix), M(bump), MT(color), MT(roughness), MT(roughness_y), MT(rotation), MT(metallic), MT(transmission), MT(specular), MT(coat),
+    MT(coat_roughness), MT(sheen), MT(sheen_color), MT(translucency), MT(emission), MT(mix), MT(opacity), MT(normal), MT(bump),
+    MATERIAL(a), MATERIAL(b), INT(pt_material_desc, bsdf), INT(pt_material_desc, thin), INT(pt_material_desc, two_sided)
+};
+#define T(name) FLOATS(pt_texture_desc, name)
+#define TI(name) INT(pt_texture_desc, name)
+static const field texture_fields[] = {
+    T(uv_scale), T(uv_rotate_deg), T(uv_offset), T(frequency), T(color_a), T(color_b), TI(width), TI(height), TI(channels), TI(bits),
+    TI(srgb), TI(channel), TI(wrap_u), TI(wrap_v), TI(nearest), TI(pattern), TI(solid), TI(octaves), TEXTURE(pt_texture_desc, of)
+};
+#define L(name) FLOATS(pt_light_desc, name)
+static const field light_fields[] = {
+    L(color), L(position), L(direction), L(radius), L(radius_deg), L(cone_deg), L(blend), L(turbidity), L(rotate_deg),
+    TEXTURE(pt_light_desc, texture), INT(pt_light_desc, kind)
+};
+#define C(name) { #name, offsetof(pt_render_desc, camera.name), (int)(sizeof ((pt_render_desc *)0)->camera.name / sizeof(float)), 'f' }
+#define CI(name) { #name, offsetof(pt_render_desc, camera.name), 1, 'i' }
+static const field camera_fields[] = {
+    C(eye), C(target), C(up), C(vfov_deg), C(aperture), C(focus), C(height), C(blade_rotation_deg), C(shift_x), C(shift_y), C(distortion),
+    C(aberration), C(vignetting), C(shutter_open), C(shutter_close), C(eye_end), C(target_end), C(up_end), CI(projection), CI(blades),
+    CI(moving), INT(pt_render_desc, filter), FLOATS(pt_render_desc, filter_radius), INT(pt_render_desc, sampler),
+    FLOATS(pt_render_desc, weights)
+};
+typedef struct mesh_numbers { float position[12], normal[12], uv[8]; uint32_t index[6], id[2], count, stride; } mesh_numbers;
+#define N(name, message, count, kind) { message, offsetof(mesh_numbers, name), count, kind }
+static const field mesh_fields[] = {
+    N(position, "vertex", 12, 'f'), N(normal, "normal", 12, 'f'), N(uv, "uv", 8, 'f'), N(index, "index", 6, 'i'), N(id, "material id", 2, 'i'),
+    N(count, "ind", 1, 'i'), N(stride, "vertex_stride", 1, 'i')
+};
+#define COUNT(array) ((int)(sizeof array / sizeof array[0]))
+
+static float any_float(pt_rng *rng) {
+    static const float values[] = { 0, -0.0f, 1e-45f, 1e-38f, 1e-20f, 1e-6f, 0.001f, 0.3f, 0.5f, 0.999999f, 1, 1.0000001f, 1.5f, 2, 10, 45, 89, 90,
+        180, 360, 1000, 36000, 1e6f, 1e11f, 1e12f, 1e13f, 1e30f, 3e38f };
+    uint32_t i = pt_rng_u32(rng) % (COUNT(values) + 6);
+    if (i == 0) return not_a_number();
+    if (i == 1) return infinite();
+    if (i < 6) return pt_rng_float(rng);
+    return pt_rng_u32(rng) % 4 ? values[i - 6] : -values[i - 6];
+}
+static int any_int(pt_rng *rng) {
+    static const int values[] = { 0, 1, 2, 3, 4, 5, 7, 8, 9, 16, 17, 32, -1, -2, 65537, 0x7fffffff, -0x7fffffff - 1 };
+    return values[pt_rng_u32(rng) % (uint32_t)COUNT(values)];
+}
+/* Changes one to three fields, or parts of them; their names go to names. */
+static int spoil(pt_rng *rng, const field *fields, int count, void *desc, const char **names, int textures, int materials) {
+    int n = 1 + (int)(pt_rng_u32(rng) % 3), i;
+    for (i = 0; i < n; i++) {
+        const field *f = fields + pt_rng_u32(rng) % (uint32_t)count;
+        char *at = (char *)desc + f->at;
+        float x = any_float(rng);
+        int k = any_int(rng);
+        uint32_t id;
+        if (f->kind == 'f') memcpy(at + pt_rng_u32(rng) % (uint32_t)f->count * sizeof x, &x, sizeof x);
+        else if (f->kind == 'i') memcpy(at + pt_rng_u32(rng) % (uint32_t)f->count * sizeof k, &k, sizeof k);
+        else {
+            id = pt_rng_u32(rng) % (uint32_t)((f->kind == 't' ? textures : materials) + 2);
+            if (pt_rng_u32(rng) % 50 == 0) id = 0xffffffffu;
+            memcpy(at, &id, sizeof id);
+        }
+        names[i] = f->name;
+    }
+    return n;
+}
+static int names_one(const char *error, const char **names, int n) {     /* or says what came of it */
+    static const char *const others[] = { "color is too bright", "of the environment must be", "too many lobes" };
+    int i;
+    for (i = 0; i < COUNT(others); i++) if (strstr(error, others[i])) return 1;
+    for (i = 0; i < n; i++) if (strstr(error, names[i])) return 1;
+    return 0;
+}
+/* A scene with a texture of each depth, and patterns; returns how many textures there are. */
+static int add_some_textures(pt_scene *s) {
+    static const float p32[16] = { 0, 1, 0.5f, 0.2f, 3, 0.1f, 0.7f, 1e-30f, 1, 1, 0, 0, -1, 0.3f, 0.6f, 0.9f };
+    static const unsigned char p8[16] = { 255, 0, 128, 64, 5, 99, 1, 254, 200, 180, 77, 66, 55, 250, 0, 0 };
+    static const uint16_t p16[16] = { 65535, 0, 300, 20000, 40000, 1, 2, 3, 60000, 9, 8, 7 };
+    pt_add_texture(s, &(pt_texture_desc){ .width = 2, .height = 2, .channels = 4, .pixels = p8, .srgb = 1 });
+    pt_add_texture(s, &(pt_texture_desc){ .width = 4, .height = 2, .channels = 2, .bits = 16, .pixels = p16 });
+    pt_add_texture(s, &(pt_texture_desc){ .width = 5, .height = 1, .channels = 3, .bits = 32, .pixels = p32 });
+    pt_add_texture(s, &(pt_texture_desc){ .pattern = PT_PATTERN_FBM, .solid = 1 });
+    return (int)pt_add_texture(s, &(pt_texture_desc){ .pattern = PT_PATTERN_CHECKER }).id;
+}
+static pt_texture_desc any_picture(pt_rng *rng) {
+    static float pixels[1024];
+    pt_texture_desc d;
+    memset(&d, 0, sizeof d);
+    if (pt_rng_u32(rng) % 2) { d.pattern = (pt_pattern)(1 + pt_rng_u32(rng) % 3); return d; }
+    d.pixels = pixels; d.width = 3; d.height = 2; d.channels = 1 + (int)(pt_rng_u32(rng) % 4); d.bits = 8 << pt_rng_u32(rng) % 3;
+    return d;
+}
+/* Each call is refused, naming what was wrong, or taken; and what is taken is drawn without a single sample that is unfit. */
+static void draw_it(pt_scene *s, const pt_material *m, int count, pt_rng *rng, long *drawn, long *refused) {
+    const char *names[3];
+    pt_render_desc d;
+    pt_render *r;
+    const float *q;
+    int i, bad = 0, k;
+    memset(&d, 0, sizeof d);
+    for (i = 0; i < count; i++) pt_add_sphere(s, pt_v3((float)i - 1, 0.5f, 0.3f), 0.5f, m[i]);
+    if (!CHECK_EQ_INT(pt_scene_commit(s), PT_OK)) { FAIL("%s", pt_scene_error(s)); return; }
+    d.width = 8; d.height = 6; d.spp = 2; d.threads = 1; d.max_depth = 8; d.camera.eye = pt_v3(0.1f, 2, 3);
+    k = pt_rng_u32(rng) % 2 ? spoil(rng, camera_fields, COUNT(camera_fields), &d, names, 0, 0) : 0;
+    r = pt_render_create(s, &d);
+    if (pt_render_error(r)[0]) {
+        ++*refused;
+        if (!names_one(pt_render_error(r), names, k)) FAIL("\"%s\" names neither of %d fields, %s first", pt_render_error(r), k, names[0]);
+    } else {
+        CHECK_EQ_INT(pt_render_run(r), PT_OK);
+        if (!CHECK_EQ_INT(pt_render_stats(r).discarded, 0)) for (i = 0; i < k; i++) FAIL("camera: %s", names[i]);
+        q = pt_render_pixels(r);
+        for (i = 0; i < 8 * 6 * 3; i++) bad += !(q && pti_finite(q[i]) && fabsf(q[i]) <= 1e12f);
+        CHECK_EQ_INT(bad, 0);
+        ++*drawn;
+    }
+    pt_render_destroy(r);
+}
+/* Was the last call refused? Then the refusal is checked, and forgotten. */
+static int was_refused(pt_scene *s, const char **names, int n, long *refused) {
+    if (!pt_scene_error(s)[0]) return 0;
+    if (!names_one(pt_scene_error(s), names, n)) FAIL("\"%s\" names none of %d fields, %s first", pt_scene_error(s), n, names[0]);
+    CHECK_EQ_INT(s->error.code, PT_ERR_ARG);
+    s->error.code = PT_OK; s->error.text[0] = 0;
+    ++*refused;
+    return 1;
+}
+static pt_material_desc any_material(pt_rng *rng, int materials) {
+    pt_material_desc m;
+    memset(&m, 0, sizeof m);
+    m.bsdf = (pt_bsdf)(pt_rng_u32(rng) % PT_BSDF_USER);
+    m.color = pt_v3(pt_rng_float(rng), 0.5f, 1);
+    if (pt_rng_u32(rng) % 2) m.metallic = m.transmission = m.coat = m.sheen = m.mix = m.transparency = 0.3f;
+    m.roughness = pt_rng_u32(rng) % 2 ? 0.3f : 0;
+    m.a.id = pt_rng_u32(rng) % (uint32_t)(materials + 1);
+    m.b.id = pt_rng_u32(rng) % (uint32_t)(materials + 1);
+    return m;
+}
+static void numbers_of_all_kinds(void) {
+    pt_rng rng;
+    long trial, drawn = 0, refused = 0;
+    pt_rng_seed(&rng, 11, 7);
+    for (trial = 0; trial < 1500; trial++) {
+        pt_scene *s = pt_scene_create(NULL);
+        int textures = add_some_textures(s), materials = 0, n, done;
+        const char *names[3];
+        pt_material taken[3];
+        test_case("trial %ld", trial);
+        for (done = 0; done < 2;) {
+            pt_texture_desc t = any_picture(&rng);
+            n = spoil(&rng, texture_fields, COUNT(texture_fields), &t, names, textures, 0);
+            textures += pt_add_texture(s, &t).id != 0;
+            done += !was_refused(s, names, n, &refused);
+        }
+        while (materials < 3) {
+            pt_material_desc m = any_material(&rng, materials);
+            n = spoil(&rng, material_fields, COUNT(material_fields), &m, names, textures, materials);
+            if (m.bsdf == PT_BSDF_USER) continue;
+            if (pti_largest(m.emission) > 1e6f && pti_largest(m.emission) <= 1e12f) continue;       /* textures might make it too bright */
+            taken[materials] = pt_add_material(s, &m);
+            if (!was_refused(s, names, n, &refused)) materials++;
+        }
+        for (done = 0; done < 1;) {
+            pt_light_desc l;
+            memset(&l, 0, sizeof l);
+            l.kind = (pt_light_kind)(pt_rng_u32(&rng) % PT_LIGHT_SKY);
+            l.color = pt_v3(1, 2, 3); l.position = pt_v3(0, 3, 0);
+            n = spoil(&rng, light_fields, COUNT(light_fields), &l, names, textures, 0);
+            if (l.kind == PT_LIGHT_SKY) continue;        /* takes long */
+            pt_add_light(s, &l);
+            done += !was_refused(s, names, n, &refused);
+        }
+        for (done = 0; done < 1;) {
+            mesh_numbers m = { { -1, 0, 1, 1, 0, 1, 1, 0, -1, -1, 0.5f, -1 }, { 0, 1, 0, 0.5f, 1, 0, 0, 0, 0, 0, 1, -1 },
+                { 0, 0, 3, 0, 3, 2, 0, 2 }, { 0, 1, 2, 0, 2, 3 }, { 0, 2 }, 6, 12 };
+            n = spoil(&rng, mesh_fields, COUNT(mesh_fields), &m, names, 0, 0);
+            if ((m.count > 6 && m.count % 3 == 0) || (m.stride > 12 && m.stride % 4 == 0)) continue;    /* would read on */
+            pt_add_mesh(s, &(pt_mesh_desc){ .positions = m.position, .vertex_count = 4, .vertex_stride = m.stride, .normals = m.normal, .uvs = m.uv,
+                .indices = m.index, .index_count = m.count, .materials = taken, .material_count = 3, .material_ids = m.id });
+            done += !was_refused(s, names, n, &refused);
+        }
+        if (trial % 75 == 0) draw_it(s, taken, 3, &rng, &drawn, &refused);
+        pt_scene_destroy(s);
+    }
+    CHECK(drawn > 0 && refused > 100);
 }
 
 /* ---- scenes that are fine ---- */
@@ -657,7 +903,9 @@ void test_scene(void) {
     RUN(committed_scenes_refuse);
     RUN(null_handles);
     RUN(every_allocation_fails);
+    RUN(every_table_fails);
     RUN(failed_scenes_can_not_be_placed);
+    RUN(numbers_of_all_kinds);
     RUN(arena_allocator);
     RUN(empty_scene);
     RUN(borrowed_meshes);
