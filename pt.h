@@ -217,7 +217,7 @@ typedef struct pt_material_desc {
     float      coat, coat_roughness, coat_ior;            /* principled: clear coat; coat_ior 0 = 1.5 */
     float      sheen, sheen_roughness;                    /* principled: fuzz; sheen_roughness 0 = 0.5, at least 0.28 */
     pt_vec3    sheen_color;                               /* zero = white */
-    float      translucency;                              /* diffuse, principled: share of the diffuse light that goes through */
+    float      translucency;                              /* diffuse, principled: share of diffuse light that goes through */
     float      transparency;                              /* passes straight through; 0 = opaque */
     int        thin;                                      /* dielectric, principled: a wall without an inside */
     pt_vec3    emission;                                  /* radiance */
@@ -1178,7 +1178,7 @@ static void pti_sampler_start(pti_sampler *s, uint32_t index) {
 /* Two numbers of a group of four: pair 0 or pair 1. */
 static void pti_draw2(const pti_sampler *s, uint32_t group, int pair, uint32_t u[2]) {
     uint32_t seed = pti_hash2(s->pixel_seed, group), index, cells;
-    static const uint32_t inner[4] = { 0x9e3779b9u, 0x06c10a79u, 0x6f4a9b3au, 0xf2296396u };       /* what pti_hash2 makes of k first */
+    static const uint32_t inner[4] = { 0x9e3779b9u, 0x06c10a79u, 0x6f4a9b3au, 0xf2296396u };     /* pti_hash2's part of k */
     pt_rng rng;
     int k;
     switch (s->kind) {
@@ -1403,8 +1403,8 @@ static float pti_pdf_table2(const pti_table2 *t, float x, float y) {
 }
 
 /* ---- >>spectrum ----------------------------------------------------------------------------------------
-   A path that meets glass whose index depends on the wavelength draws one wavelength, takes its colour c / p, and keeps to it:
-   the mean of c / p is white, so a rainbow costs only those who look at it. c(lambda) are the CIE 1931 functions (the fits of
+   A path that meets glass whose index depends on the wavelength draws one wavelength, takes its colour c / p, and keeps to
+   it: the mean of c / p is white, so a rainbow costs only those who look at it. c(lambda) are the CIE 1931 functions (the fits of
    Wyman, Sloan and Shirley 2013) as linear RGB; what is negative there, since no screen shows a pure spectral green, is cut
    off, and each channel is scaled to have the mean 1. p is in proportion to r + g + b. */
 #define PTI_WAVELENGTHS 64
@@ -1418,10 +1418,12 @@ static float pti_bell(float x, float middle, float left, float right) {
 }
 /* XYZ to linear RGB with Rec. 709 primaries and a D65 white. */
 static pt_vec3 pti_wavelength_color(float nm) {
-    float x = 1.056f * pti_bell(nm, 599.8f, 37.9f, 31.0f) + 0.362f * pti_bell(nm, 442.0f, 16.0f, 26.7f) - 0.065f * pti_bell(nm, 501.1f, 20.4f, 26.2f);
+    float x = 1.056f * pti_bell(nm, 599.8f, 37.9f, 31.0f) + 0.362f * pti_bell(nm, 442.0f, 16.0f, 26.7f)
+            - 0.065f * pti_bell(nm, 501.1f, 20.4f, 26.2f);
     float y = 0.821f * pti_bell(nm, 568.8f, 46.9f, 40.5f) + 0.286f * pti_bell(nm, 530.9f, 16.3f, 31.1f);
     float z = 1.217f * pti_bell(nm, 437.0f, 11.8f, 36.0f) + 0.681f * pti_bell(nm, 459.0f, 26.0f, 13.8f);
-    return pt_v3(pti_max(3.24045f * x - 1.53714f * y - 0.49853f * z, 0), pti_max(-0.96927f * x + 1.87601f * y + 0.04156f * z, 0),
+    return pt_v3(pti_max(3.24045f * x - 1.53714f * y - 0.49853f * z, 0),
+                 pti_max(-0.96927f * x + 1.87601f * y + 0.04156f * z, 0),
                  pti_max(0.05564f * x - 0.20403f * y + 1.05723f * z, 0));
 }
 static void pti_spectrum_build(pti_spectrum *s) {
@@ -2803,7 +2805,7 @@ typedef struct pti_albedo_table {
     float lost[PTI_ALBEDO][PTI_ALBEDO];                  /* running sums of (1 - E) mu dmu over x, to draw x with */
 } pti_albedo_table;
 typedef struct pti_albedo {
-    float eta, ax, ay;                                   /* what it is for: eta 0 a perfect mirror, -1 fuzz; ax 0 any roughness */
+    float eta, ax, ay;                                   /* of what: eta 0 a perfect mirror, -1 fuzz; ax 0 any roughness */
     float fresnel_mean;                                  /* of the smooth surface, seen from outside */
     pti_albedo_table total[2], reflected;                /* all light, from outside and from inside; reflected outside */
 } pti_albedo;
@@ -2845,7 +2847,8 @@ static float pti_albedo_mean(const float *e) {
     double sum = 0;
     int i;
     for (i = 0; i + 1 < PTI_ALBEDO; i++) {
-        double x0 = (double)i / (PTI_ALBEDO - 1), x1 = (double)(i + 1) / (PTI_ALBEDO - 1), a = x0 * x0 * x0 * x0, b = x1 * x1 * x1 * x1;
+        double x0 = (double)i / (PTI_ALBEDO - 1), x1 = (double)(i + 1) / (PTI_ALBEDO - 1);
+        double a = x0 * x0 * x0 * x0, b = x1 * x1 * x1 * x1;
         double slope = ((double)e[i + 1] - (double)e[i]) * (PTI_ALBEDO - 1);
         sum += ((double)e[i] - slope * x0) * (b - a) + slope * 0.8 * (b * x1 - a * x0);
     }
@@ -2911,7 +2914,8 @@ static float pti_albedo_at(const pti_albedo_table *t, float mu, float row) {
     if (i > PTI_ALBEDO - 2) i = PTI_ALBEDO - 2;
     if (j > PTI_ALBEDO - 2) j = PTI_ALBEDO - 2;
     fx = x - (float)i; fy = row - (float)j;
-    return (t->e[j][i] * (1 - fx) + t->e[j][i + 1] * fx) * (1 - fy) + (t->e[j + 1][i] * (1 - fx) + t->e[j + 1][i + 1] * fx) * fy;
+    return (t->e[j][i] * (1 - fx) + t->e[j][i + 1] * fx) * (1 - fy)
+         + (t->e[j + 1][i] * (1 - fx) + t->e[j + 1][i + 1] * fx) * fy;
 }
 static float pti_albedo_mean_at(const pti_albedo_table *t, float row) {
     int j = (int)row;
@@ -2935,8 +2939,8 @@ static float pti_pdf_lost(const pti_albedo_table *t, float row, float mu) {
 /* ---- >>bsdf --------------------------------------------------------------------------------------------
    How surfaces scatter. What a material yields at a vertex is a list of lobes, and its BSDF is their sum:
        f = sum_i f_i,    p = sum_i share_i p_i.
-   Lobes are smooth (eval tells f and p for any wi) or deltas (mirrors, panes: one direction each, and a probability instead of
-   a density). Each has a frame of its own whose z is the normal on wo's side, since materials that are mixed may have
+   Lobes are smooth (eval tells f and p for any wi) or deltas (mirrors, panes: one direction each, and a probability instead
+   of a density). Each has a frame of its own whose z is the normal on wo's side, since materials that are mixed may have
    different normal maps. Colours of lobes already hold the shares of what lies above them. */
 
 typedef enum pti_lobe_kind {
@@ -2951,7 +2955,7 @@ typedef struct pti_lobe {
     pt_vec3 t, b, n, wo;                                 /* the frame, and wo in it */
     float ax, ay, eta;                                   /* eta: index behind over index before */
     int inside;                                          /* wo is where the normal does not point */
-    pt_vec3 r0, k;                                       /* metal: reflectance, or, where k is not 0, eta + i k; EON: r0 albedo */
+    pt_vec3 r0, k;                                       /* metal: r0, or where k is not 0 eta + i k; EON: r0 its albedo */
     const pti_albedo *albedo;                            /* NULL for smooth lobes */
     float row, e, e_mean;                                /* its row; E(wo); the mean of E, or under a layer of 1 - E */
     float fresnel_mean;                                  /* PTI_THIN: of one face */
@@ -2968,8 +2972,14 @@ typedef struct pti_surface {
     pti_lobe lobes[PTI_LOBES];
 } pti_surface;
 
-static pt_vec3 pti_to_local(const pti_lobe *l, pt_vec3 w) { return pt_v3(pti_dot(l->t, w), pti_dot(l->b, w), pti_dot(l->n, w)); }
+static pt_vec3 pti_to_local(const pti_lobe *l, pt_vec3 w) {
+    return pt_v3(pti_dot(l->t, w), pti_dot(l->b, w), pti_dot(l->n, w));
+}
 static int pti_same_side(const pt_vertex *x, pt_vec3 a, pt_vec3 b) { return pti_dot(x->ng, a) * pti_dot(x->ng, b) > 0; }
+
+/* The colour of what a surface of reflectance F per bounce sends on after more than one, if mean is how much gets out at each:
+   F^2 mean + F^3 (1 - mean) mean + ... */
+static float pti_more_bounces(float F, float mean) { return F * F * mean / (1 - F * (1 - mean)); }
 
 /* Diffuse: Lambert's f = albedo / pi, or EON (Portsmouth, Kutz and Hill 2025), Oren and Nayar's rough diffuse surface in
    Fujii's form, with the light that its first bounce loses given back as Kulla and Conty do. E has a closed form. */
@@ -2980,13 +2990,11 @@ static float pti_eon_albedo(float mu, float rough) {
 }
 static pt_vec3 pti_eon(pt_vec3 albedo, float rough, pt_vec3 wo, pt_vec3 wi) {
     float s = wo.x * wi.x + wo.y * wi.y, a = 1 / (1 + (0.5f - 2 / (3 * PTI_PI)) * rough), mean, ms, single;
-    pt_vec3 c;
     mean = a * (1 + (2.0f / 3 - 28 / (15 * PTI_PI)) * rough);
     single = a * (1 + rough * (s > 0 ? s / pti_max(wo.z, wi.z) : s)) / PTI_PI;
     ms = (1 - pti_eon_albedo(wo.z, rough)) * (1 - pti_eon_albedo(wi.z, rough)) / (PTI_PI * pti_max(1 - mean, 1e-7f));
-    c = pt_v3(albedo.x * albedo.x * mean / (1 - albedo.x * (1 - mean)), albedo.y * albedo.y * mean / (1 - albedo.y * (1 - mean)),
-              albedo.z * albedo.z * mean / (1 - albedo.z * (1 - mean)));
-    return pti_madd(albedo, single, pti_scale(c, ms));
+    return pti_madd(albedo, single, pti_scale(pt_v3(pti_more_bounces(albedo.x, mean), pti_more_bounces(albedo.y, mean),
+                                                    pti_more_bounces(albedo.z, mean)), ms));
 }
 /* Under a layer that reflects E, light goes in and out again: (1 - E(wo)) (1 - E(wi)) / mean(1 - E), which keeps a white
    surface white, and is the same both ways. */
@@ -3002,7 +3010,7 @@ static float pti_diffuse_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
 }
 
 /* The rough lobes. What one bounce loses comes back as (1 - E(wo)) (1 - E(wi)) / (pi (1 - mean E)), drawn like a diffuse
-   lobe with probability 1 - E(wo), more often where E(wi) is small. A colour is lost at each of the further bounces: F^2 mean E / (1 - F (1 - mean E)), F the
+   lobe with probability 1 - E(wo), more often where E(wi) is small. Colour is lost at each of the further bounces, with F the
    mean of Fresnel's over the hemisphere. */
 static float pti_lobe_row(const pti_lobe *l, pt_vec3 w) {
     if (!(l->albedo->ax > 0)) return l->row;
@@ -3026,7 +3034,6 @@ static pt_vec3 pti_lost_sample(const pti_lobe *l, const pti_albedo_table *t, flo
     r = sqrtf(1 - mu * mu);
     return pt_v3(wi.x * r, wi.y * r, mu);
 }
-static float pti_more_bounces(float F, float mean) { return F * F * mean / (1 - F * (1 - mean)); }
 static pt_vec3 pti_lobe_fresnel(const pti_lobe *l, float cos_i) {
     float cos_t, F;
     if (l->kind == PTI_METAL || l->kind == PTI_MIRROR) {
@@ -3115,7 +3122,8 @@ static void pti_thin_sample(const pti_lobe *l, float u, float v, uint32_t choice
    goes in, and the same with sides exchanged goes out, so that both ways are the same (Kulla and Conty 2017). */
 static float pti_glass_share_through(const pti_lobe *l) {
     const pti_albedo *a = l->albedo;
-    float out = pti_max(1 - pti_albedo_mean_at(&a->total[0], l->row), 1e-6f), in = pti_max(1 - pti_albedo_mean_at(&a->total[1], l->row), 1e-6f);
+    float out = pti_max(1 - pti_albedo_mean_at(&a->total[0], l->row), 1e-6f);
+    float in = pti_max(1 - pti_albedo_mean_at(&a->total[1], l->row), 1e-6f);
     float F = 1 - a->fresnel_mean;
     return (l->inside ? F / (a->eta * a->eta) * out : F * in) / pti_max(out, in);    /* 1 - F(1/eta) = (1 - F(eta)) / eta^2 */
 }
@@ -3296,8 +3304,8 @@ static int pti_surface_sample(const pti_surface *s, uint32_t u, uint32_t v, uint
    passes (opacity), whether it meets metal, whether it is reflected at the surface or goes below: a roulette over
    transparency, then metalness, then roughness, each with the material's own odds. */
 
-#define PTI_NUMBERS(X) X(roughness) X(roughness_y) X(metallic) X(transmission) X(specular) X(coat) X(coat_roughness) X(sheen) \
-                       X(translucency) X(mix)
+#define PTI_NUMBERS(X) X(roughness) X(roughness_y) X(metallic) X(transmission) X(specular) X(coat) X(coat_roughness) \
+                       X(sheen) X(translucency) X(mix)
 #define PTI_TEXTURES(X) PTI_NUMBERS(X) X(color) X(rotation) X(sheen_color) X(emission) X(opacity) X(normal) X(bump)
 
 /* Which way a material emits: all of it within the inner cone about the axis, none beyond the outer one, smoothstep between
@@ -3465,7 +3473,8 @@ static float pti_mean_roughness(const pt_material_desc *d) {
 static void pti_shade_diffuse(pti_shading *s, float rough, float shared) {
     pt_vec3 color = pti_mul(s->weight, s->d->color);
     float through = s->d->translucency, share = pti_luminance(color) * shared;
-    pti_lobe *l = pti_add_lobe(s, rough > 0 ? PTI_DIFFUSE : PTI_LAMBERT, pti_scale(rough > 0 ? s->weight : color, 1 - through), share * (1 - through));
+    pti_lobe *l = pti_add_lobe(s, rough > 0 ? PTI_DIFFUSE : PTI_LAMBERT, pti_scale(rough > 0 ? s->weight : color, 1 - through),
+                               share * (1 - through));
     if (l) { l->rough = rough; l->r0 = s->d->color; }
     pti_add_lobe(s, PTI_THROUGH, pti_scale(color, through), share * through);
 }
@@ -3494,7 +3503,8 @@ static float pti_shade_layer(pti_shading *s, float amount, float eta, const pti_
     pti_lobe *l;
     if (!(amount > 0) || eta == 1 || !a) return 0;
     e = amount * pti_albedo_at(&a->reflected, s->frame.wo.z, row);
-    l = pti_add_lobe(s, pti_smooth(pti_max(rx, ry)) ? PTI_GLOSS : PTI_COAT, pti_scale(s->weight, amount), pti_luminance(s->weight) * e);
+    l = pti_add_lobe(s, pti_smooth(pti_max(rx, ry)) ? PTI_GLOSS : PTI_COAT, pti_scale(s->weight, amount),
+                     pti_luminance(s->weight) * e);
     if (!l) return e;
     l->eta = eta;
     l->ax = pti_alpha(rx);
@@ -3548,7 +3558,7 @@ static float pti_index_at(const pt_material_desc *d, float wavelength) {
     float B;
     if (!(d->abbe > 0) || !(wavelength > 0)) return d->ior;
     B = (d->ior - 1) / (d->abbe * (1 / (486.13f * 486.13f) - 1 / (656.27f * 656.27f)));
-    return pti_max(d->ior + B * (1 / (wavelength * wavelength) - 1 / (587.56f * 587.56f)), 0.01f);     /* as far as ior goes */
+    return pti_max(d->ior + B * (1 / (wavelength * wavelength) - 1 / (587.56f * 587.56f)), 0.01f);   /* as ior */
 }
 /* The frame: about the tangent where the roughness along it differs from that across, else about any. */
 static void pti_shade_frame(pti_shading *s, const pt_vertex *x) {
@@ -4355,7 +4365,8 @@ static pti_material *pti_material_slot(pt_scene *s) {
 static int pti_is_unit(float x) { return x >= 0 && x <= 1; }         /* false for NaN */
 static int pti_is_unit3(pt_vec3 c) { return pti_is_unit(c.x) && pti_is_unit(c.y) && pti_is_unit(c.z); }
 static int pti_check_material_textures(pt_scene *s, const pt_material_desc *d) {
-#define PTI_CHECK(name) if (!pti_check_id(s, d->name##_texture.id, s->texture_count, "pt_add_material", #name "_texture")) return 0;
+    const char *call = "pt_add_material";
+#define PTI_CHECK(name) if (!pti_check_id(s, d->name##_texture.id, s->texture_count, call, #name "_texture")) return 0;
     PTI_TEXTURES(PTI_CHECK)
 #undef PTI_CHECK
     return 1;
@@ -4368,12 +4379,16 @@ static int pti_check_material_numbers(pt_scene *s, const pt_material_desc *d) {
     PTI_CHECK(transparency)
 #undef PTI_CHECK
     return pti_check(s, d->ior == 0 || (d->ior >= 0.01f && d->ior <= 100), call, "ior must be 0.01 to 100, or 0 for 1.5", d->ior)
-        && pti_check(s, d->coat_ior == 0 || (d->coat_ior >= 1 && d->coat_ior <= 100), call, "coat_ior must be 1 to 100, or 0 for 1.5", d->coat_ior)
-        && pti_check(s, d->abbe == 0 || (d->abbe >= 1 && d->abbe <= 1e6f), call, "abbe must be 1 to 1e6, or 0 for none", d->abbe)
+        && pti_check(s, d->coat_ior == 0 || (d->coat_ior >= 1 && d->coat_ior <= 100), call,
+                     "coat_ior must be 1 to 100, or 0 for 1.5", d->coat_ior)
+        && pti_check(s, d->abbe == 0 || (d->abbe >= 1 && d->abbe <= 1e6f), call,
+                     "abbe must be 1 to 1e6, or 0 for none", d->abbe)
         && pti_check(s, fabsf(d->rotation_deg) <= 36000, call, "rotation_deg must be within 36000", d->rotation_deg)
         && pti_check(s, pti_in_range(d->bump), call, "bump must be finite and below 1e12", d->bump)
-        && pti_check3(s, d->eta.x >= 0 && d->eta.y >= 0 && d->eta.z >= 0 && pti_largest(d->eta) <= 1000, call, "eta must be between 0 and 1000", d->eta)
-        && pti_check3(s, d->k.x >= 0 && d->k.y >= 0 && d->k.z >= 0 && pti_largest(d->k) <= 1000, call, "k must be between 0 and 1000", d->k);
+        && pti_check3(s, d->eta.x >= 0 && d->eta.y >= 0 && d->eta.z >= 0 && pti_largest(d->eta) <= 1000, call,
+                      "eta must be between 0 and 1000", d->eta)
+        && pti_check3(s, d->k.x >= 0 && d->k.y >= 0 && d->k.z >= 0 && pti_largest(d->k) <= 1000, call,
+                      "k must be between 0 and 1000", d->k);
 }
 static int pti_check_material(pt_scene *s, const pt_material_desc *d) {
     const char *call = "pt_add_material";
@@ -4407,16 +4422,19 @@ static void pti_material_flags(pti_material *m, const pti_material *all) {
 #define PTI_ANY(name) || d->name##_texture.id
     m->varies = d->shade != NULL PTI_TEXTURES(PTI_ANY);
 #undef PTI_ANY
-    m->emits = d->emission.x > 0 || d->emission.y > 0 || d->emission.z > 0 || d->emission_texture.id || (mix && (a->emits || b->emits));
+    m->emits = d->emission.x > 0 || d->emission.y > 0 || d->emission.z > 0 || d->emission_texture.id
+        || (mix && (a->emits || b->emits));
     m->glows = m->emits && !m->varies && opaque && !mix;
     m->two_sided = d->two_sided || (mix && (a->two_sided || b->two_sided));
     m->plain = d->bsdf == PT_BSDF_DIFFUSE && !m->varies && opaque && d->roughness == 0 && d->translucency == 0;
-    m->disperses = (d->abbe > 0 && (d->bsdf == PT_BSDF_DIELECTRIC || d->bsdf == PT_BSDF_PRINCIPLED)) || (mix && (a->disperses || b->disperses));
+    m->disperses = (d->abbe > 0 && (d->bsdf == PT_BSDF_DIELECTRIC || d->bsdf == PT_BSDF_PRINCIPLED))
+        || (mix && (a->disperses || b->disperses));
     m->wants_coordinates = m->varies || d->bsdf == PT_BSDF_USER || d->roughness_y > 0
         || (mix && (a->wants_coordinates || b->wants_coordinates));
     m->wants_choice = mix ? a->wants_choice || b->wants_choice : d->bsdf == PT_BSDF_USER || d->bsdf == PT_BSDF_PRINCIPLED
         || ((d->bsdf == PT_BSDF_CONDUCTOR || d->bsdf == PT_BSDF_DIELECTRIC) && (m->varies || !pti_smooth(pti_roughest(d))));
-    m->lobes = (opaque ? 0 : 1) + (mix ? a->lobes + b->lobes : d->bsdf == PT_BSDF_PRINCIPLED ? 7 : d->bsdf == PT_BSDF_DIFFUSE ? 2 : 1);
+    m->lobes = (opaque ? 0 : 1) + (mix ? a->lobes + b->lobes : d->bsdf == PT_BSDF_PRINCIPLED ? 7
+        : d->bsdf == PT_BSDF_DIFFUSE ? 2 : 1);
     if (d->bsdf == PT_BSDF_PRINCIPLED && !d->shade) {    /* fuzz, coat, glass and what shines through are often not there */
         m->lobes -= (d->sheen == 0 && !d->sheen_texture.id) + (d->coat == 0 && !d->coat_texture.id)
             + (d->transmission == 0 && !d->transmission_texture.id) + (d->translucency == 0 && !d->translucency_texture.id);
@@ -4432,8 +4450,8 @@ PT_DEF pt_material pt_add_material(pt_scene *s, const pt_material_desc *d) {
     if (d->bsdf == PT_BSDF_USER) m->vtable = *d->vtable;
     pti_material_defaults(&m->desc);
     pti_material_flags(m, s->materials);
-    if (!pti_require(s, m->lobes <= PTI_LOBES, "pt_add_material", "too many lobes: a mix has room for 16 (two or three principled materials)"))
-        return id;
+    if (!pti_require(s, m->lobes <= PTI_LOBES, "pt_add_material",
+                     "too many lobes: a mix has room for 16 (two or three principled materials)")) return id;
     id.id = (uint32_t)(s->material_count - 1);           /* slot 0 is taken, so ids begin at 1 */
     return id;
 }
@@ -5137,7 +5155,8 @@ static float pti_triangle_luminance(const pti_mesh *mesh, uint32_t triangle, con
     float uv[3][2] = { { 0, 0 }, { 1, 0 }, { 0, 1 } };   /* without any: barycentric, as a hit has them */
     int k;
     if (!m->varies && m->desc.bsdf != PT_BSDF_MIX) return pti_luminance(m->desc.emission) * (1 - m->desc.transparency);
-    for (k = 0; k < 3 && mesh->uvs; k++) memcpy(uv[k], mesh->uvs + 2 * (size_t)pti_mesh_index(mesh, triangle, k), sizeof uv[k]);
+    for (k = 0; k < 3 && mesh->uvs; k++)
+        memcpy(uv[k], mesh->uvs + 2 * (size_t)pti_mesh_index(mesh, triangle, k), sizeof uv[k]);
     return pti_emission_luminance(m, uv);
 }
 static int pti_emitters_of_mesh(pt_scene *s, const pti_shape *shape, const pti_material *materials,
@@ -5209,7 +5228,8 @@ static int pti_lights_build(pti_lights *l, const pt_allocator *a) {
 /* A table of albedos, made once for each index and each roughness that differs along x and y. NULL: out of memory. */
 static const pti_albedo *pti_scene_albedo(pt_scene *s, float eta, float ax, float ay) {
     pti_albedo_list *l;
-    for (l = s->albedos; l; l = l->next) if (l->albedo.eta == eta && l->albedo.ax == ax && l->albedo.ay == ay) return &l->albedo;
+    for (l = s->albedos; l; l = l->next)
+        if (l->albedo.eta == eta && l->albedo.ax == ax && l->albedo.ay == ay) return &l->albedo;
     l = (pti_albedo_list *)pti_alloc(&s->allocator, 1, sizeof *l);
     if (!l) return NULL;
     l->albedo.eta = eta; l->albedo.ax = ax; l->albedo.ay = ay;
@@ -5226,16 +5246,20 @@ static int pti_material_tables(pt_scene *s, pti_material *m) {
     int metal = d->bsdf == PT_BSDF_CONDUCTOR || (dielectric && (any || d->thin)) || (principled && (any || d->metallic > 0
         || d->metallic_texture.id || d->thin));
     float ax = 0, ay = 0;
-    if (!varied && d->roughness_y > 0 && d->roughness_y != d->roughness) { ax = pti_alpha(d->roughness); ay = pti_alpha(d->roughness_y); }
+    if (!varied && d->roughness_y > 0 && d->roughness_y != d->roughness) {
+        ax = pti_alpha(d->roughness);
+        ay = pti_alpha(d->roughness_y);
+    }
     m->fresnel_mean = pti_fresnel_mean(d->ior);
     if (metal && rough && !(m->mirror = pti_scene_albedo(s, 0, ax, ay))) return 0;
     if (glass && rough && !(m->dielectric = pti_scene_albedo(s, d->ior, ax, ay))) return 0;
     if (principled && !(m->dielectric = pti_scene_albedo(s, d->ior, 0, 0))) return 0;
-    if (principled && (any || d->coat > 0 || d->coat_texture.id) && !(m->coat = pti_scene_albedo(s, d->coat_ior, 0, 0))) return 0;
+    if (principled && (any || d->coat > 0 || d->coat_texture.id) && !(m->coat = pti_scene_albedo(s, d->coat_ior, 0, 0)))
+        return 0;
     if (principled && (any || d->sheen > 0 || d->sheen_texture.id) && !(m->fuzz = pti_scene_albedo(s, -1, 0, 0))) return 0;
     return 1;
 }
-static int pti_scene_link(pt_scene *s) {                 /* pointers into arrays that do not move any more; 0: out of memory */
+static int pti_scene_link(pt_scene *s) {                 /* arrays do not move any more: pointers; 0: out of memory */
     size_t i;
     pti_spectrum_build(&s->spectrum);
     for (i = 0; i < s->material_count; i++) {
@@ -5257,7 +5281,8 @@ PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     if (s->error.code != PT_OK) return s->error.code;
     if (s->committed) return PT_OK;
     mode = pti_fpmode_enter();
-    fine = pti_scene_link(s) && pti_bvh_build(&s->geometry, &s->allocator) && pti_environment_build(&s->environment, &s->allocator)
+    fine = pti_scene_link(s) && pti_bvh_build(&s->geometry, &s->allocator)
+        && pti_environment_build(&s->environment, &s->allocator)
         && pti_collect_emitters(s, s, NULL) && pti_lights_build(&s->lights, &s->allocator);
     pti_fpmode_leave(mode);
     if (!fine) { pti_fail(&s->error, PT_ERR_MEMORY, "pt_scene_commit: out of memory"); return s->error.code; }
