@@ -24,7 +24,8 @@ int main(int argc, char **argv) {
         { .bsdf = PT_BSDF_DIELECTRIC, .thin = 1, .color = {.45f, .80f, .62f} },
         { .bsdf = PT_BSDF_PRINCIPLED, .color = {.02f, .09f, .38f} },
         { .bsdf = PT_BSDF_PRINCIPLED, .color = {.45f, .01f, .02f}, .coat = 1, .metallic = .6f },
-        { .bsdf = PT_BSDF_PRINCIPLED, .color = {.05f, .015f, .09f}, .sheen = 1, .sheen_roughness = .4f, .sheen_color = {.75f, .5f, .9f} },
+        { .bsdf = PT_BSDF_PRINCIPLED, .color = {.05f, .015f, .09f}, .sheen = 1, .sheen_roughness = .4f,
+          .sheen_color = {.75f, .5f, .9f} },
     };
     const int rows = (int)(sizeof kind / sizeof *kind);
     pt_scene *s = pt_scene_create(NULL);

@@ -42,14 +42,16 @@ static pt_vec3 room(void *user, pt_vec3 d) {
 }
 
 int main(int argc, char **argv) {
-    static const float corner[] = { -.5f,-.289f,.001f, .5f,-.289f,.001f, 0,.577f,.001f, -.5f,-.289f,.4f, .5f,-.289f,.4f, 0,.577f,.4f };
+    static const float corner[] = { -.5f,-.289f,.001f, .5f,-.289f,.001f, 0,.577f,.001f,
+                                    -.5f,-.289f,.4f,   .5f,-.289f,.4f,   0,.577f,.4f };
     static const uint32_t face[] = { 0,2,1, 3,4,5, 0,1,4, 0,4,3, 1,2,5, 1,5,4, 2,0,3, 2,3,5 };
     pt_scene *s = pt_scene_create(NULL);
     pt_material glass = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_DIELECTRIC, .ior = 1.73f, .abbe = 26 });
     pt_material sun   = pt_add_material(s, &(pt_material_desc){ .emission = {3.5e5f, 3.5e5f, 3.5e5f} });
     pt_material board = pt_add_material(s, &(pt_material_desc){ .color = {.75f, .75f, .75f} });
     pt_material black = pt_add_material(s, &(pt_material_desc){ .color = {.001f, .001f, .001f} });
-    pt_add_mesh(s, &(pt_mesh_desc){ .positions = corner, .vertex_count = 6, .indices = face, .index_count = 24, .material = glass });
+    pt_add_mesh(s, &(pt_mesh_desc){ .positions = corner, .vertex_count = 6, .indices = face, .index_count = 24,
+        .material = glass });
     pt_add_quad(s, pt_v3(-9, -9, 0), pt_v3(18, 0, 0), pt_v3(0, 18, 0), board);
     pt_add_quad(s, pt_v3(-2.6f, -9, 0), pt_v3(0, 7.760f, 0), pt_v3(0, 0, 2), black);      /* two plates, 6 cm apart, */
     pt_add_quad(s, pt_v3(-2.6f, -1.18f, 0), pt_v3(0, 10, 0), pt_v3(0, 0, 2), black);

@@ -1,13 +1,13 @@
-/* Looking at the evening sun through a lens: four glass surfaces, each of which mirrors a tenth of the light, and an iris with
-   six blades between them. Light that is mirrored twice comes forward again: one ghost for each pair of surfaces, cut into
-   hexagons by the iris. Nothing but glass and the path tracer draws them.
+/* Lens flare without a trick: the camera looks at a low sun through two lenses and an iris. Their faces are silvered, a third of
+   the light is mirrored, as no maker would allow; what is mirrored twice goes forwards again and makes one ghost of the sun for
+   each pair of faces, in the product of their colours, cut where the iris or a rim is in the way.
    cc -O2 15_lens_flare.c -o 15_lens_flare -lm -lpthread && ./15_lens_flare [FILE.png] */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <math.h>
 #include <stdio.h>
 
-/* A lens about the z axis: two caps, bulging by 1 / curvature (0: flat) from where they cross the axis, and a rim. */
+/* A lens about the z axis: two spherical caps (1 / curvature is their radius) through z[0] and z[1], and a rim. */
 typedef struct lens { float z[2], curvature[2], radius; } lens;
 
 static float sag(const lens *l, int side, float rr) {      /* where the cap is, rr = distance from the axis, squared */
@@ -44,7 +44,8 @@ static int lens_intersect(void *user, const pt_ray *ray, pt_vertex *x) {
             pt_vec3 p = along(ray, t[i]);
             float outwards = side ? 1.0f : -1.0f;
             if (p.x * p.x + p.y * p.y > rr || c * (p.z - l->z[side]) > 1) continue;
-            found |= hit(ray, x, t[i], pt_v3(-outwards * c * p.x, -outwards * c * p.y, outwards * (1 - c * (p.z - l->z[side]))));
+            found |= hit(ray, x, t[i], pt_v3(-outwards * c * p.x, -outwards * c * p.y,
+                                             outwards * (1 - c * (p.z - l->z[side]))));
         }
     }
     if (d2 > 0) {                                          /* the rim */
@@ -58,7 +59,7 @@ static int lens_intersect(void *user, const pt_ray *ray, pt_vertex *x) {
     return found;
 }
 
-/* A plate with a hexagonal hole: three quads between each two corners would do; here, six triangles' worth of mesh. */
+/* A plate with a hexagonal hole: two triangles for each of its sides. */
 static void add_iris(pt_scene *s, float z, float hole, pt_material m) {
     float p[12][3];
     uint32_t index[36];
@@ -72,47 +73,40 @@ static void add_iris(pt_scene *s, float z, float hole, pt_material m) {
         uint32_t k = 2 * (uint32_t)i, next = (k + 2) % 12, corners[6] = { k, k + 1, next + 1, k, next + 1, next };
         memcpy(index + 6 * i, corners, sizeof corners);
     }
-    pt_add_mesh(s, &(pt_mesh_desc){ .positions = &p[0][0], .vertex_count = 12, .indices = index, .index_count = 36, .material = m });
+    pt_add_mesh(s, &(pt_mesh_desc){ .positions = &p[0][0], .vertex_count = 12, .indices = index, .index_count = 36,
+        .material = m });
 }
 
 static pt_vec3 sky(void *user, pt_vec3 d) {
     float up = d.y > 0 ? d.y : 0, haze = (1 - up) * (1 - up) * (1 - up) * (1 - up);
     (void)user;
+    if (d.z < 0) return pt_v3(0, 0, 0);                    /* inside the camera */
     return d.y < 0 ? pt_v3(.02f, .017f, .02f) : pt_v3(.03f + .30f * haze, .05f + .14f * haze, .12f + .08f * haze);
 }
 
-#ifndef Z0
-#define Z0 0.f,.35f
-#define C0 .3f,-.3f
-#define Z1 1.5f,1.85f
-#define C1 .1f,-.35f
-#define ZI 1.0f
-#define HOLE .5f
-#define EYE -2.5f
-#define SX -.20f
-#define SY .16f
-#define SR .03f
-#define FOV 40
-#define IOR 1.9f
-#endif
 int main(int argc, char **argv) {
     static const pt_shape_vtable lens_shape = { lens_bounds, lens_intersect };
-    static lens rear = { {Z0}, {C0}, 1 }, front = { {Z1}, {C1}, 1.2f };
+    static lens rear = { {2.312f, 2.837f}, {-.338f, -.276f}, 1 }, front = { {3.369f, 3.649f}, {-.107f, -.197f}, 1.1f };
     pt_scene *s = pt_scene_create(NULL);
-    pt_material glass = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_DIELECTRIC, .ior = IOR, .color = {1, .93f, .85f} });
-    pt_material glass2 = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_DIELECTRIC, .ior = IOR, .color = {.85f, .95f, 1} });
+    pt_material clear  = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_DIELECTRIC, .ior = 1.85f });
+    pt_material purple = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_CONDUCTOR, .color = {.95f, .35f, .75f} });
+    pt_material green  = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_CONDUCTOR, .color = {.35f, .95f, .60f} });
+    pt_material rear_glass = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_MIX, .mix = .25f,
+        .a = clear, .b = purple });
+    pt_material front_glass = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_MIX, .mix = .25f,
+        .a = clear, .b = green });
     pt_material black = pt_add_material(s, &(pt_material_desc){ .color = {.001f, .001f, .001f} });
-    pt_material sun = pt_add_material(s, &(pt_material_desc){ .emission = {250, 200, 130} });
-    pt_add_user_shape(s, &lens_shape, &rear, glass);
-    pt_add_user_shape(s, &lens_shape, &front, glass2);
-    add_iris(s, ZI, HOLE, black);
-    pt_add_sphere(s, pt_v3(1000 * SX, 1000 * SY, 1000), 1000 * SR, sun);
+    pt_material sun = pt_add_material(s, &(pt_material_desc){ .emission = {70, 56, 38} });
+    pt_add_user_shape(s, &lens_shape, &rear, rear_glass);
+    pt_add_user_shape(s, &lens_shape, &front, front_glass);
+    add_iris(s, 3.103f, .6f, black);
+    pt_add_sphere(s, pt_v3(42, 26, 1000), 20, sun);
     pt_add_light(s, &(pt_light_desc){ .radiance = sky });
     if (pt_scene_commit(s) != PT_OK) { fprintf(stderr, "%s\n", pt_scene_error(s)); return 1; }
-    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 640, .height = 360, .spp = 256, .max_depth = 24,
-        .camera = { .eye = {0, 0, EYE}, .target = {0, 0, 0}, .vfov_deg = FOV } });
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 320, .height = 240, .spp = 256, .max_depth = 12,
+        .camera = { .eye = {0, 0, 0}, .target = {0, 0, 1}, .vfov_deg = 21 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "flare.png", pt_render_pixels(r), 640, 360, NULL);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "flare.png", pt_render_pixels(r), 320, 240, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     return result != PT_OK;

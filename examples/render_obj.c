@@ -184,7 +184,8 @@ static pt_material_desc describe_material(const options *o, const char *name) {
 }
 static options parse_options(int argc, char **argv) {
     static const char *const with_value[] = { "--out", "--env", "--material", "--size", "--color", "--seed", "--spp", "--depth",
-        "--threads", "--exposure", "--curve", "--fov", "--azimuth", "--elevation", "--rotate-env", "--roughness", "--patches", "--smooth" };
+        "--threads", "--exposure", "--curve", "--fov", "--azimuth", "--elevation", "--rotate-env", "--roughness",
+        "--patches", "--smooth" };
     options o = { .out = "render.ppm", .roughness = -1, .width = 512, .height = 512, .spp = 64, .depth = 16,
         .fov = 30, .azimuth = 30, .elevation = 20 };
     size_t k, count = sizeof with_value / sizeof *with_value;
