@@ -7,7 +7,8 @@
 #include <math.h>
 #include <stdio.h>
 
-/* A lens about the z axis: two spherical caps (1 / curvature is their radius) through z[0] and z[1], and a rim. */
+/* A lens about the z axis: two spherical caps through z[0] and z[1], and a rim. 1 / curvature
+   is a cap's radius, above 0 where its middle lies towards +z. */
 typedef struct lens { float z[2], curvature[2], radius; } lens;
 
 static float sag(const lens *l, int side, float rr) {      /* where the cap is, rr = distance from the axis, squared */

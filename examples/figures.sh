@@ -41,5 +41,5 @@ if ! [ -s "$figures/knot.png" ] || [ "$out/render_obj" -nt "$figures/knot.png" ]
 fi
 model spot spot.obj forest.hdr 80 --smooth 180 --color 0.78,0.73,0.65 --patches 0.05,0.03,0.02 --azimuth 220 --elevation 14 --fov 24 ||
     exit 1
-model suzanne suzanne.obj sunset.hdr 80 --smooth 180 --material gold --roughness 0.25 --azimuth 25 --elevation 8 --fov 24 \
-    --curve filmic || exit 1
+model suzanne suzanne.obj forest.hdr 80 --smooth 180 --material paint --color 0.55,0.02,0.03 --azimuth 25 --elevation 4 --fov 24 \
+    --rotate-env 180 --curve filmic || exit 1
