@@ -82,7 +82,7 @@ static pt_vec3 sky(void *user, pt_vec3 d) {
     float up = d.y > 0 ? d.y : 0, haze = (1 - up) * (1 - up) * (1 - up) * (1 - up);
     (void)user;
     if (d.z < 0) return pt_v3(0, 0, 0);                    /* inside the camera */
-    return d.y < 0 ? pt_v3(.02f, .017f, .02f) : pt_v3(.03f + .30f * haze, .05f + .14f * haze, .12f + .08f * haze);
+    return d.y < 0 ? pt_v3(.02f, .017f, .02f) : pt_v3(.04f + .55f * haze, .06f + .20f * haze, .14f + .04f * haze);
 }
 
 int main(int argc, char **argv) {

@@ -40,7 +40,7 @@ static void add_ball(pt_scene *s, ball *b) {
     b->scene = pt_scene_create(NULL);
     pt_texture paint = pt_add_texture(b->scene, &(pt_texture_desc){ .eval = painted, .user = b });
     pt_material resin = pt_add_material(b->scene, &(pt_material_desc){ .bsdf = PT_BSDF_PRINCIPLED, .color_texture = paint,
-        .roughness = .5f, .coat = 1, .coat_roughness = .15f });
+        .roughness = .5f, .coat = 1, .coat_roughness = .25f });
     pt_add_sphere(b->scene, pt_v3(0, 0, 0), 1, resin);
     pt_scene_commit(b->scene);
 
@@ -65,12 +65,12 @@ int main(int argc, char **argv) {
     pt_scene *s = pt_scene_create(NULL);
     pt_material cloth = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_PRINCIPLED, .color = {.015f, .20f, .085f},
         .roughness = 1, .specular = .2f, .sheen = .3f, .sheen_color = {.3f, .7f, .4f} });
-    pt_material lamp = pt_add_material(s, &(pt_material_desc){ .emission = {38, 34, 28} });
+    pt_material lamp = pt_add_material(s, &(pt_material_desc){ .emission = {14, 12.5f, 10.5f} });
     pt_material window = pt_add_material(s, &(pt_material_desc){ .emission = {5, 6, 8} });
     for (int i = 0; i < 5; i++) add_ball(s, balls + i);
     pt_add_quad(s, pt_v3(-60, 0, -60), pt_v3(0, 0, 120), pt_v3(120, 0, 0), cloth);
-    pt_add_quad(s, pt_v3(-5, 9, -2), pt_v3(3, 0, 0), pt_v3(0, 0, 2), lamp);
-    pt_add_quad(s, pt_v3(2, 9, -2), pt_v3(3, 0, 0), pt_v3(0, 0, 2), lamp);
+    pt_add_quad(s, pt_v3(-6.5f, 9, -2.5f), pt_v3(5, 0, 0), pt_v3(0, 0, 3.2f), lamp);
+    pt_add_quad(s, pt_v3(1.5f, 9, -2.5f), pt_v3(5, 0, 0), pt_v3(0, 0, 3.2f), lamp);
     pt_add_quad(s, pt_v3(-14, 3, 4), pt_v3(0, 5, 0), pt_v3(0, 0, 5), window);
     pt_add_light(s, &(pt_light_desc){ .color = {.05f, .05f, .06f} });
     if (pt_scene_commit(s) != PT_OK) { fprintf(stderr, "%s\n", pt_scene_error(s)); return 1; }
