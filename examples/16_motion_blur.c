@@ -75,10 +75,10 @@ int main(int argc, char **argv) {
     pt_add_light(s, &(pt_light_desc){ .color = {.05f, .05f, .06f} });
     if (pt_scene_commit(s) != PT_OK) { fprintf(stderr, "%s\n", pt_scene_error(s)); return 1; }
 
-    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 600, .height = 400, .spp = 64, .max_depth = 8,
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 480, .height = 320, .spp = 64, .max_depth = 8,
         .camera = { .eye = {0, 9, 12}, .target = {.1f, .5f, .1f}, .vfov_deg = 28, .shutter_close = 1 } });
     pt_result result = pt_render_run(r);
-    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "motion.png", pt_render_pixels(r), 600, 400, NULL);
+    if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "motion.png", pt_render_pixels(r), 480, 320, NULL);
     pt_render_destroy(r);
     pt_scene_destroy(s);
     for (int i = 0; i < 5; i++) pt_scene_destroy(balls[i].scene);
