@@ -29,16 +29,17 @@ static pt_texture painting(pt_scene *s, const char *path) {
 }
 
 int main(int argc, char **argv) {
-    static const unsigned char stripes[8] = { 150, 156, 150, 156, 162, 162, 156, 162 };
+    static const unsigned char stripes[8 * 3] = { 118,134,128, 124,139,133, 118,134,128, 124,139,133,
+                                                  150,158,146, 156,163,151, 150,158,146, 156,163,151 };
     pt_scene *s = pt_scene_create(NULL);
     pt_texture checker = pt_add_texture(s, &(pt_texture_desc){ .pattern = PT_PATTERN_CHECKER, .solid = 1, .frequency = 2,
         .color_a = {.66f, .64f, .58f}, .color_b = {.07f, .08f, .10f} });
     pt_texture marble = pt_add_texture(s, &(pt_texture_desc){ .pattern = PT_PATTERN_FBM, .solid = 1, .frequency = 2.5f,
-        .octaves = 8, .color_a = {.02f, .03f, .05f}, .color_b = {1, .97f, .92f} });
+        .octaves = 8, .color_a = {.001f, .002f, .01f}, .color_b = {1, .96f, .90f} });
     pt_texture clay = pt_add_texture(s, &(pt_texture_desc){ .pattern = PT_PATTERN_NOISE, .solid = 1, .frequency = 9,
         .color_a = {.72f, .16f, .04f}, .color_b = {.95f, .62f, .28f} });
-    pt_texture paper = pt_add_texture(s, &(pt_texture_desc){ .pixels = stripes, .width = 8, .height = 1, .channels = 1,
-        .srgb = 1, .uv_scale = {20, 20}, .uv_rotate_deg = 30 });
+    pt_texture paper = pt_add_texture(s, &(pt_texture_desc){ .pixels = stripes, .width = 8, .height = 1, .channels = 3,
+        .srgb = 1, .uv_scale = {14, 14}, .uv_rotate_deg = 0 });
     pt_material frame = pt_add_material(s, &(pt_material_desc){ .color = {.09f, .05f, .03f} });
     pt_material lamp  = pt_add_material(s, &(pt_material_desc){ .emission = {17, 15.5f, 13} });
     pt_add_quad(s, pt_v3(-8, 0, -1.5f), pt_v3(0, 0, 12), pt_v3(16, 0, 0), matte(s, checker));

@@ -1,5 +1,6 @@
-/* Renders a Wavefront OBJ: frames the model by itself, lights it with a Radiance map or a built-in sky.
-   cc -O2 render_obj.c -o render_obj -lm -lpthread && ./render_obj MODEL.obj --env SKY.hdr --out picture.ppm */
+/* Renders a Wavefront OBJ or a PLY with the materials that it names: frames the model by itself, lights it with a Radiance
+   map or a built-in sky. Textures are PFM, HDR and PPM; PNG, JPEG and others too, where stb_image.h is found.
+   cc -O2 render_obj.c -o render_obj -lm -lpthread && ./render_obj MODEL.obj --env SKY.hdr --out picture.png */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <errno.h>
@@ -11,11 +12,17 @@
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
+#if defined(__has_include) && !defined(NO_STB)
+#if __has_include(<stb/stb_image.h>)
+#define STB_IMAGE_IMPLEMENTATION
+#include <stb/stb_image.h>
+#endif
+#endif
 
 static const char help[] =
-    "render_obj - path traces a Wavefront OBJ file\n"
+    "render_obj - path traces a Wavefront OBJ or a PLY file\n"
     "\n"
-    "usage: render_obj MODEL.obj [options]\n"
+    "usage: render_obj MODEL.obj|MODEL.ply [options]\n"
     "\n"
     "picture\n"
     "  --out FILE         .png or .ppm (8 bits, sRGB), .hdr (Radiance) or .pfm\n"
@@ -34,8 +41,13 @@ static const char help[] =
     "  --env MAP          Radiance .hdr or .pfm, equirectangular                         [a sky with a soft sun]\n"
     "  --rotate-env DEG   turn the environment about the vertical, -360 to 360           [0]\n"
     "model\n"
-    "  --material NAME    diffuse, mirror or glass                                       [diffuse]\n"
-    "  --color R,G,B      linear, each 0 to 1                              [diffuse 0.7, mirror 0.9, glass 1]\n"
+    "  --material NAME    instead of the file's: diffuse, mirror, glass, plastic, paint\n"
+    "                     (under a clear coat) or a metal: aluminium, brass, chromium,\n"
+    "                     copper, gold, iron, mercury, platinum, silver, titanium        [the file's, or diffuse]\n"
+    "  --color R,G,B      of that material, linear, each 0 to 1; metals have their own   [mirror 0.9, glass 1, others 0.7]\n"
+    "  --roughness R      of that material, 0 to 1                                       [plastic 0.3, others 0]\n"
+    "  --patches R,G,B    patches of this color on that material, as cows have them      [none]\n"
+    "  --smooth DEG       smooth normals; edges sharper than this stay edges, 1 to 180   [the file's normals]\n"
     "  --ground           put the model on a large grey floor                            [no floor]\n"
     "render\n"
     "  --depth N          bounces of light, 1 to 10000                                   [16]\n"
@@ -49,11 +61,11 @@ static const char help[] =
 
 typedef struct options {
     const char *model, *env, *out, *material;
-    int width, height, spp, depth, threads, ground, quiet, colored;
+    int width, height, spp, depth, threads, ground, quiet, colored, patched;
     uint64_t seed;
     pt_curve curve;
-    double exposure, fov, azimuth, elevation, rotate_env;
-    pt_vec3 color;
+    double exposure, fov, azimuth, elevation, rotate_env, roughness, smooth;      /* roughness -1: the material's default */
+    pt_vec3 color, patches;
 } options;
 
 /* ---- one line for every error, then the end ---- */
@@ -112,12 +124,12 @@ static void parse_size(const char *text, options *o) {
     o->width = (int)w;
     o->height = (int)h;
 }
-static pt_vec3 parse_color(const char *text) {
+static pt_vec3 parse_color(const char *option, const char *text) {
     const char *comma = strchr(text, ','), *second = comma ? strchr(comma + 1, ',') : NULL;
     double r = 0, g = 0, b = 0;
     if (!second || !read_number(text, (size_t)(comma - text), 0, 1, &r)
         || !read_number(comma + 1, (size_t)(second - comma - 1), 0, 1, &g) || !read_number(second + 1, strlen(second + 1), 0, 1, &b))
-        die(2, "--color %s: give R,G,B, like 0.8,0.5,0.2, each from 0 to 1", text);
+        die(2, "%s %s: give R,G,B, like 0.8,0.5,0.2, each from 0 to 1", option, text);
     return pt_v3((float)r, (float)g, (float)b);
 }
 
@@ -139,7 +151,10 @@ static void set_option(options *o, const char *name, const char *value) {
     else if (!strcmp(name, "--env"))        o->env = value;
     else if (!strcmp(name, "--material"))   o->material = value;
     else if (!strcmp(name, "--size"))       parse_size(value, o);
-    else if (!strcmp(name, "--color"))      { o->color = parse_color(value); o->colored = 1; }
+    else if (!strcmp(name, "--color"))      { o->color = parse_color(name, value); o->colored = 1; }
+    else if (!strcmp(name, "--patches"))    { o->patches = parse_color(name, value); o->patched = 1; }
+    else if (!strcmp(name, "--roughness"))  o->roughness = parse_number(name, value, 0, 1);
+    else if (!strcmp(name, "--smooth"))     o->smooth = parse_number(name, value, 1, 180);
     else if (!strcmp(name, "--seed"))       o->seed = parse_seed(value);
     else if (!strcmp(name, "--spp"))        o->spp = parse_int(name, value, 1000000);
     else if (!strcmp(name, "--depth"))      o->depth = parse_int(name, value, 10000);
@@ -151,10 +166,27 @@ static void set_option(options *o, const char *name, const char *value) {
     else if (!strcmp(name, "--elevation"))  o->elevation = parse_number(name, value, -90, 90);
     else if (!strcmp(name, "--rotate-env")) o->rotate_env = parse_number(name, value, -360, 360);
 }
+/* The material that --material, --color and --roughness ask for. */
+static pt_material_desc describe_material(const options *o, const char *name) {
+    pt_material_desc m = { .bsdf = PT_BSDF_DIFFUSE, .color = { .7f, .7f, .7f } };
+    int metal = pt_metal(name, &m.eta, &m.k);
+    if (metal)                          { m.bsdf = PT_BSDF_CONDUCTOR;  m.color = pt_v3(1, 1, 1); }
+    else if (!strcmp(name, "mirror"))   { m.bsdf = PT_BSDF_CONDUCTOR;  m.color = pt_v3(.9f, .9f, .9f); }
+    else if (!strcmp(name, "glass"))    { m.bsdf = PT_BSDF_DIELECTRIC; m.color = pt_v3(1, 1, 1); }
+    else if (!strcmp(name, "plastic"))  { m.bsdf = PT_BSDF_PRINCIPLED; m.roughness = .3f; }
+    else if (!strcmp(name, "paint"))    { m.bsdf = PT_BSDF_PRINCIPLED; m.roughness = .5f; m.metallic = .3f; m.coat = 1; }
+    else if (strcmp(name, "diffuse"))
+        die(2, "--material %s: give diffuse, mirror, glass, plastic, paint, or a metal that --help lists", name);
+    if (o->colored && metal) die(2, "--color: %s has its own", name);
+    if (o->colored) m.color = o->color;
+    if (o->roughness >= 0) m.roughness = (float)o->roughness;
+    return m;
+}
 static options parse_options(int argc, char **argv) {
     static const char *const with_value[] = { "--out", "--env", "--material", "--size", "--color", "--seed", "--spp", "--depth",
-        "--threads", "--exposure", "--curve", "--fov", "--azimuth", "--elevation", "--rotate-env" };
-    options o = { .out = "render.ppm", .material = "diffuse", .width = 512, .height = 512, .spp = 64, .depth = 16,
+        "--threads", "--exposure", "--curve", "--fov", "--azimuth", "--elevation", "--rotate-env", "--roughness",
+        "--patches", "--smooth" };
+    options o = { .out = "render.ppm", .roughness = -1, .width = 512, .height = 512, .spp = 64, .depth = 16,
         .fov = 30, .azimuth = 30, .elevation = 20 };
     size_t k, count = sizeof with_value / sizeof *with_value;
     int i;
@@ -173,9 +205,9 @@ static options parse_options(int argc, char **argv) {
         set_option(&o, argv[i], argv[i + 1]);
         i++;
     }
-    if (!o.model || !*o.model) die(2, "no model: give an OBJ file, or see render_obj --help");
-    if (strcmp(o.material, "diffuse") && strcmp(o.material, "mirror") && strcmp(o.material, "glass"))
-        die(2, "--material %s: give diffuse, mirror or glass", o.material);
+    if (!o.model || !*o.model) die(2, "no model: give an OBJ or PLY file, or see render_obj --help");
+    if (!o.material && (o.colored || o.patched || o.roughness >= 0)) o.material = "diffuse";
+    if (o.material) describe_material(&o, o.material);
     if (!has_ending(o.out, ".png") && !has_ending(o.out, ".ppm") && !has_ending(o.out, ".hdr") && !has_ending(o.out, ".pfm"))
         die(2, "--out %s: give a name that ends in .png, .ppm, .hdr or .pfm", o.out);
     if (!strcmp(o.out, o.model) || (o.env && !strcmp(o.out, o.env))) die(2, "--out %s: this is an input; give another name", o.out);
@@ -217,12 +249,71 @@ static void add_environment(pt_scene *s, const options *o) {
     pt_image_free(&map);
     if (*pt_scene_error(s)) die(1, "%s: %s", o->env ? o->env : "the default sky", pt_scene_error(s));
 }
-static pt_material add_material(pt_scene *s, const options *o) {
-    pt_material_desc m = { .bsdf = PT_BSDF_DIFFUSE, .color = { .7f, .7f, .7f } };
-    if (!strcmp(o->material, "mirror")) { m.bsdf = PT_BSDF_CONDUCTOR;  m.color = pt_v3(.9f, .9f, .9f); }
-    if (!strcmp(o->material, "glass"))  { m.bsdf = PT_BSDF_DIELECTRIC; m.color = pt_v3(1, 1, 1); }
-    if (o->colored) m.color = o->color;
-    return pt_add_material(s, &m);
+/* Patches: where noise is above its mean, by a mix of two materials that hardly anywhere is in between. */
+static pt_material add_material(pt_scene *s, const options *o, double radius) {
+    pt_material_desc m = describe_material(o, o->material ? o->material : "diffuse"), both = { .bsdf = PT_BSDF_MIX };
+    pt_material plain = pt_add_material(s, &m);
+    if (!o->patched) return plain;
+    m.color = o->patches;
+    both.a = plain;
+    both.b = pt_add_material(s, &m);
+    both.mix_texture = pt_add_texture(s, &(pt_texture_desc){ .pattern = PT_PATTERN_FBM, .solid = 1, .octaves = 3,
+        .frequency = (float)(2 / radius), .color_a = { -20, -20, -20 }, .color_b = { 21, 21, 21 } });
+    return pt_add_material(s, &both);
+}
+
+/* ---- the materials of the file, and their pictures ---- */
+
+static float to_srgb(float v) { return v <= .0031308f ? 12.92f * v : 1.055f * powf(v, 1 / 2.4f) - .055f; }
+
+/* What pt.h reads itself. It takes a PPM for colors; where it is none, its numbers are meant as they were. */
+static pt_texture add_floats(pt_scene *s, const pt_mtl_map *map, pt_texture_desc *t) {
+    pt_image image = { 0 };
+    pt_texture handle;
+    size_t i, count;
+    int undo = !map->srgb && !has_ending(map->file, ".hdr") && !has_ending(map->file, ".pfm");
+    if (pt_read_image(&image, map->file) != PT_OK)
+        die(1, "%s; with --material, the file's are not needed", image.error[0] ? image.error : map->file);
+    count = (size_t)image.width * (size_t)image.height * (size_t)image.channels;
+    for (i = 0; i < count; i++) image.pixels[i] = map->base + map->gain * (undo ? to_srgb(image.pixels[i]) : image.pixels[i]);
+    t->pixels = image.pixels;
+    t->width = image.width;
+    t->height = image.height;
+    t->channels = image.channels;
+    t->bits = 32;
+    handle = pt_add_texture(s, t);
+    pt_image_free(&image);
+    return handle;
+}
+static pt_texture load_map(pt_scene *s, const pt_mtl_map *map) {
+    pt_wrap wrap = map->clamp ? PT_WRAP_CLAMP : PT_WRAP_REPEAT;
+    pt_texture_desc t = { .channel = map->channel, .wrap_u = wrap, .wrap_v = wrap,
+        .uv_scale = { map->uv_scale[0], map->uv_scale[1] }, .uv_offset = { map->uv_offset[0], map->uv_offset[1] } };
+#ifdef STB_IMAGE_IMPLEMENTATION
+    if (map->base == 0 && map->gain == 1 && !has_ending(map->file, ".hdr") && !has_ending(map->file, ".pfm")) {
+        stbi_uc *pixels = stbi_load(map->file, &t.width, &t.height, &t.channels, 0);
+        pt_texture handle;
+        if (!pixels) die(1, "%s: %s; with --material, the file's are not needed", map->file, stbi_failure_reason());
+        t.pixels = pixels;
+        t.srgb = map->srgb;
+        handle = pt_add_texture(s, &t);
+        stbi_image_free(pixels);
+        return handle;
+    }
+#endif
+    return add_floats(s, map, &t);
+}
+static pt_material *add_materials(pt_scene *s, pt_mesh *mesh) {
+    pt_material *list = (pt_material *)calloc(mesh->material_count, sizeof *list);
+    size_t i;
+    int k;
+    if (!list) die(1, "out of memory");
+    for (i = 0; i < mesh->material_count; i++) {
+        pt_mtl *m = mesh->materials + i;
+        for (k = 0; k < PT_MTL_MAPS; k++) if (m->maps[k].file) *pt_mtl_texture(m, k) = load_map(s, m->maps + k);
+        list[i] = pt_add_material(s, &m->desc);
+    }
+    return list;
 }
 static double bounding_radius(const pt_mesh *m, const double center[3]) {
     double most = 0;
@@ -249,17 +340,24 @@ static pt_camera frame(const options *o, const double center[3], double radius) 
 }
 static pt_camera add_model(pt_scene *s, const options *o) {
     pt_mesh mesh = { 0 };
-    pt_result result = pt_read_obj(&mesh, o->model);
+    pt_result result = pt_read_mesh(&mesh, o->model);
+    pt_material *materials = NULL;
     double center[3], radius;
     if (result != PT_OK) die(1, "%s", mesh.error[0] ? mesh.error : pt_result_string(result));
     if (!mesh.index_count) die(1, "%s: no faces in this file", o->model);
+    if (mesh.warning[0] && !o->quiet) fprintf(stderr, "render_obj: warning: %s\n", mesh.warning);
+    if (o->smooth > 0 && pt_mesh_smooth(&mesh, (float)o->smooth) != PT_OK) die(1, "%s: %s", o->model, mesh.error);
     center[0] = ((double)mesh.lo.x + mesh.hi.x) / 2;
     center[1] = ((double)mesh.lo.y + mesh.hi.y) / 2;
     center[2] = ((double)mesh.lo.z + mesh.hi.z) / 2;
     radius = bounding_radius(&mesh, center);
     if (!(radius > 0)) die(1, "%s: all vertices are at one point", o->model);
+    if (!o->material && mesh.materials) materials = add_materials(s, &mesh);
     pt_add_mesh(s, &(pt_mesh_desc){ .positions = mesh.positions, .vertex_count = mesh.vertex_count, .indices = mesh.indices,
-        .index_count = mesh.index_count, .normals = mesh.normals, .uvs = mesh.uvs, .material = add_material(s, o) });
+        .index_count = mesh.index_count, .normals = mesh.normals, .uvs = mesh.uvs, .materials = materials,
+        .material_count = materials ? mesh.material_count : 0, .material_ids = materials ? mesh.material_ids : NULL,
+        .material = materials ? (pt_material){ 0 } : add_material(s, o, radius) });
+    free(materials);
     if (o->ground) {
         float size = (float)(500 * radius);
         pt_material grey = pt_add_material(s, &(pt_material_desc){ .color = { .4f, .4f, .4f } });

@@ -76,6 +76,11 @@ for n in 361 x;                   do bad 2 "--azimuth $n"    "$one" --out "$pic"
 for n in 361 -1e9;                do bad 2 "--rotate-env $n" "$one" --out "$pic" --rotate-env "$n"; done
 for n in 31 -31 1,0 --;           do bad 2 '--exposure'      "$one" --out "$pic" --exposure "$n"; done
 for n in 1 1,1 1,1,1,1 2,0,0 -1,0,0 a,b,c 1,,1 ''; do bad 2 "--color $n" "$one" --out "$pic" --color "$n"; done
+for n in 1 1,1 2,0,0 ''; do bad 2 "--patches $n" "$one" --out "$pic" --patches "$n"; done
+for n in -1 1.1 x '';     do bad 2 "--roughness $n" "$one" --out "$pic" --roughness "$n"; done
+for n in 0 181 flat '';   do bad 2 "--smooth $n" "$one" --out "$pic" --smooth "$n"; done
+bad 2 '--color'         "$one" --out "$pic" --material gold --color 1,1,1
+bad 2 '--material '     "$one" --out "$pic" --material ''
 bad 2 '--material wood' "$one" --out "$pic" --material wood
 bad 2 '--curve aces'    "$one" --out "$pic" --curve aces
 bad 2 '.ppm'            "$one" --out "$tmp/picture.jpg"
@@ -115,6 +120,20 @@ if [ "$(id -u)" != 0 ]; then
     bad 1 'cannot write' "$one" --out "$tmp/old.ppm"
 fi
 
+# materials of the file, and their pictures
+plain() { printf 'mtllib %s.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n' "$1" > "$tmp/$1.obj"; }
+for m in red painted lost broken; do plain $m; done
+printf 'newmtl m\nKd 0.8 0.1 0.1\n' > "$tmp/red.mtl"
+printf 'newmtl m\nmap_Kd paint.ppm\nmap_Bump paint.ppm\n' > "$tmp/painted.mtl"
+printf 'newmtl m\nmap_Kd none.ppm\n' > "$tmp/lost.mtl"
+printf 'newmtl m\nmap_Kd text.hdr\n' > "$tmp/broken.mtl"
+printf 'P6\n2 1\n255\n\377\000\000\000\377\000' > "$tmp/paint.ppm"
+printf 'ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n' > "$tmp/one.ply"
+head -n 9 "$tmp/one.ply" > "$tmp/short.ply"
+bad 1 'none.ppm'          "$tmp/lost.obj"   --out "$pic" --quiet
+bad 1 'text.hdr'          "$tmp/broken.obj" --out "$pic" --quiet
+bad 1 'short.ply'         "$tmp/short.ply"  --out "$pic"
+
 # what works
 check sh -c "'$tool' --help | grep -q 'exit codes'"
 check sh -c "'$tool' --help nonsense --spp x > /dev/null"
@@ -126,6 +145,13 @@ good "$tmp/p.hdr"   "$tool" "$one" --out "$tmp/p.hdr" $small --ground --material
 good "$tmp/p.png"   "$tool" "$one" --out "$tmp/p.png" $small --curve false
 good "$tmp/p.pfm"   "$tool" "$one" --out "$tmp/p.pfm" $small --material mirror --color 1,0.5,0 --exposure -1 --fov 50
 good "$tmp/p.ppm"   "$tool" --seed 18446744073709551615 --threads 3 --depth 1 --azimuth -90 --elevation 90 $small --out "$tmp/p.ppm" "$one"
+good "$pic"         "$tool" "$tmp/one.ply" --out "$pic" $small --smooth 180 --material gold --roughness 0.3
+good "$pic"         "$tool" "$tmp/painted.obj" --out "$pic" $small
+good "$pic"         "$tool" "$tmp/lost.obj" --out "$pic" $small --material paint --color 0,0,1 --patches 1,1,1
+for m in red painted; do "$tool" "$tmp/$m.obj" $small --out "$tmp/$m.ppm" --quiet; "$tool" "$tmp/$m.obj" $small --out "$tmp/$m.2.ppm" --quiet --material diffuse; done
+check sh -c "! cmp -s '$tmp/red.ppm' '$tmp/red.2.ppm'"              # the file's materials show
+check sh -c "! cmp -s '$tmp/painted.ppm' '$tmp/painted.2.ppm'"
+check cmp -s "$tmp/red.2.ppm" "$tmp/painted.2.ppm"
 "$tool" "$one" $small --out "$pic" --quiet > "$tmp/.stdout" 2> "$tmp/.stderr"
 check test ! -s "$tmp/.stdout" -a ! -s "$tmp/.stderr"
 check test "$(wc -c < "$pic")" = $((16 * 12 * 3 + 13))              # the header is "P6\n16 12\n255\n"
