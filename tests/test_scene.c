@@ -625,7 +625,7 @@ static const field material_fields[] = {
     M(coat), M(coat_roughness), M(coat_ior), M(sheen), M(sheen_roughness), M(sheen_color), M(translucency), M(transparency), M(emission),
     M(mix), M(bump), MT(color), MT(roughness), MT(roughness_y), MT(rotation), MT(metallic), MT(transmission), MT(specular), MT(coat),
     MT(coat_roughness), MT(sheen), MT(sheen_color), MT(translucency), MT(emission), MT(mix), MT(opacity), MT(normal), MT(bump),
-    NUMBER(a), MATERIAL(b), INT(pt_material_desc, bsdf), INT(pt_material_desc, thin), INT(pt_material_desc, two_sided)
+    NUMBER(a), NUMBER(b), INT(pt_material_desc, bsdf), INT(pt_material_desc, thin), INT(pt_material_desc, two_sided)
 };
 #define T(name) FLOATS(pt_texture_desc, name)
 #define TI(name) INT(pt_texture_desc, name)
