@@ -3571,6 +3571,10 @@ static void pti_shade_frame(pti_shading *s, const pt_vertex *x) {
     l->ay = d->roughness_y > 0 ? pti_alpha(d->roughness_y) : l->ax;
     l->eta = pti_index_at(d, x->wavelength);
     if (l->inside && !d->thin) l->eta = 1 / l->eta;       /* a thin wall is the same from both sides */
+    if (d->bsdf != PT_BSDF_DIFFUSE && !s->m->wants_choice) {       /* deltas alone: they need no frame */
+        l->wo = pt_v3(0, 0, pti_max(pti_dot(l->n, x->wo), 1e-5f));
+        return;
+    }
     l->t = pti_normalize(pti_madd(l->n, -pti_dot(l->n, x->tangent), x->tangent));
     l->t = pti_normalize(pti_madd(l->n, -pti_dot(l->n, l->t), l->t));      /* again, where little was left of it */
     if (l->ax == l->ay || pti_is_zero3(l->t)) pti_basis(l->n, &l->t, &l->b);
