@@ -474,7 +474,7 @@ static int one_is_sane(const pti_material *m, pt_rng *rng) {
             return FAIL("bsdf %d, wo %g %g %g, ng %g %g %g, ns %g %g %g, wi %g %g %g: f %g %g %g, p %g", (int)m->desc.bsdf, (double)x.wo.x, (double)x.wo.y, (double)x.wo.z,
                         (double)x.ng.x, (double)x.ng.y, (double)x.ng.z, (double)x.ns.x, (double)x.ns.y, (double)x.ns.z, (double)(k ? out.wi : wi).x,
                         (double)(k ? out.wi : wi).y, (double)(k ? out.wi : wi).z, (double)f.x, (double)f.y, (double)f.z, (double)p);
-        if (pti_largest(f) > 0 && !(p > 0)) return FAIL("bsdf %d: f %g, but p %g (cosines %g, %g)", (int)m->desc.bsdf, (double)pti_largest(f), (double)p, (double)x.wo.z, (double)wi.z);
+        if (pti_largest(f) > 1e-37f && !(p > 0)) return FAIL("bsdf %d: f %g, but p %g (cosines %g, %g)", (int)m->desc.bsdf, (double)pti_largest(f), (double)p, (double)x.wo.z, (double)wi.z);
     }
     return 1;
 }
