@@ -203,17 +203,21 @@ typedef struct pt_bsdf_vtable {
    as grey: its red channel, or the one that its desc picks. */
 typedef struct pt_material_desc {
     pt_bsdf    bsdf;
-    pt_vec3    color;                                     /* diffuse, principled: albedo. Conductor: reflectance at normal
+    pt_vec3    color;                                     /* diffuse, principled: albedo (zero = black, which also tints
+                                                             transmission). Conductor: reflectance at normal
                                                              incidence. Dielectric: tint of both lobes, zero = white. In
                                                              [0,1] */
     float      roughness, roughness_y;                    /* 0 smooth to 1; alpha of GGX is its square. Along the tangent, and
                                                              across it: 0 = as along it. Diffuse: EON's, 0 = Lambert */
-    float      rotation_deg;                              /* turns the tangent, counter-clockwise seen from outside */
+    float      rotation_deg;                              /* turns the tangent, counter-clockwise seen from outside; 1 in its
+                                                             texture is 360 degrees */
     float      ior;                                       /* inside over outside, 0.01 to 100; 0 = 1.5 */
     float      abbe;                                      /* dispersion: Abbe's number; 0 = none */
-    pt_vec3    eta, k;                                    /* conductor: complex index eta + i k a channel; zero = by color */
+    pt_vec3    eta, k;                                    /* conductor: complex index eta + i k a channel; both zero = by
+                                                             color */
     float      metallic, transmission;                    /* principled: 0 to 1, like all that follow */
-    float      specular;                                  /* principled: scales the reflectance of the dielectric; 0 = 1 */
+    float      specular;                                  /* principled: scales the gloss of what is no metal; 0 = 1. For
+                                                             none, set ior to 1 */
     float      coat, coat_roughness, coat_ior;            /* principled: clear coat; coat_ior 0 = 1.5 */
     float      sheen, sheen_roughness;                    /* principled: fuzz; sheen_roughness 0 = 0.5, at least 0.28 */
     pt_vec3    sheen_color;                               /* zero = white */
@@ -222,7 +226,8 @@ typedef struct pt_material_desc {
     int        thin;                                      /* dielectric, principled: a wall without an inside */
     pt_vec3    emission;                                  /* radiance */
     int        two_sided;                                 /* emit to both sides; 0 = to the side of the normal */
-    pt_material a, b;                                     /* PT_BSDF_MIX: (1 - mix) a + mix b */
+    pt_material a, b;                                     /* PT_BSDF_MIX: (1 - mix) a + mix b. Glass with glass of another
+                                                             ior gains or loses light */
     float      mix;
     float      bump;                                      /* metres from black to white of bump_texture; 0 = 0.01 */
     pt_texture color_texture, roughness_texture, roughness_y_texture, rotation_texture, metallic_texture,
@@ -2431,7 +2436,7 @@ PTI_INLINE pt_vec3 pti_spawn(const pt_vertex *x, pt_vec3 wi) {
 typedef struct pti_texture {
     const void *pixels;                                  /* NULL: a pattern or a callback */
     int owned, width, height, channels, bits;
-    int first, grey;                                     /* channel to begin with; is there only that one? */
+    int first, grey, picked;                             /* channel to begin with; only that one; by the desc */
     const float *decode, *decode_alpha;                  /* what 8 or 16 bits mean; NULL (not for 8) = over the largest */
     pt_wrap wrap_u, wrap_v;
     int nearest;
@@ -2740,7 +2745,7 @@ static float pti_fresnel_metal(float cos_i, float eta, float k) {
     X(silver, 0.155f, 0.117f, 0.138f, 4.828f, 3.122f, 2.147f)    X(titanium, 2.741f, 2.542f, 2.237f, 3.814f, 3.435f, 3.039f)
 PT_DEF int pt_metal(const char *name, pt_vec3 *eta, pt_vec3 *k) {
 #define PTI_METAL_ROW(n, er, eg, eb, kr, kg, kb) \
-    if (name && !strcmp(name, #n)) { *eta = pt_v3(er, eg, eb); *k = pt_v3(kr, kg, kb); return 1; }
+    if (name && eta && k && !strcmp(name, #n)) { *eta = pt_v3(er, eg, eb); *k = pt_v3(kr, kg, kb); return 1; }
     PTI_METALS(PTI_METAL_ROW)
 #undef PTI_METAL_ROW
     return 0;
@@ -2955,10 +2960,12 @@ typedef struct pti_lobe {
     pt_vec3 t, b, n, wo;                                 /* the frame, and wo in it */
     float ax, ay, eta;                                   /* eta: index behind over index before */
     int inside;                                          /* wo is where the normal does not point */
-    pt_vec3 r0, k;                                       /* metal: r0, or where k is not 0 eta + i k; EON: r0 its albedo */
+    pt_vec3 r0, k;                                       /* metal: r0 or, if indexed, eta + i k; EON: r0 its albedo */
+    int indexed;
+    pt_vec3 more;                                        /* metal: colour of what comes back after more than one bounce */
     const pti_albedo *albedo;                            /* NULL for smooth lobes */
     float row, e, e_mean;                                /* its row; E(wo); the mean of E, or under a layer of 1 - E */
-    float fresnel_mean;                                  /* PTI_THIN: of one face */
+    float fresnel_mean;                                  /* of one smooth face: PTI_THIN, and smooth gloss on PTI_DIFFUSE */
     float cover, rough;                                  /* PTI_DIFFUSE: how much of albedo lies on it; EON's roughness */
     const pt_bsdf_vtable *vtable;                        /* PTI_USER_LOBE */
     void *user;
@@ -2969,6 +2976,7 @@ typedef struct pti_surface {
     const pt_vertex *x;
     int count;
     float delta;                                         /* the deltas' part of the shares */
+    float squeeze;                                       /* eta^2 of rough glass: what its 1 / eta^2 takes going through */
     pti_lobe lobes[PTI_LOBES];
 } pti_surface;
 
@@ -2999,11 +3007,13 @@ static pt_vec3 pti_eon(pt_vec3 albedo, float rough, pt_vec3 wo, pt_vec3 wi) {
 /* Under a layer that reflects E, light goes in and out again: (1 - E(wo)) (1 - E(wi)) / mean(1 - E), which keeps a white
    surface white, and is the same both ways. */
 static float pti_diffuse_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
-    float p = pti_pdf_cosine(wi.z), under;
+    float p = pti_pdf_cosine(wi.z), under, cos_t;
     if (!(p > 0)) return 0;
     *f = l->rough > 0 ? pti_mul(l->color, pti_scale(pti_eon(l->r0, l->rough, l->wo, wi), wi.z)) : pti_scale(l->color, p);
     if (l->albedo) {
-        under = 1 - l->cover * pti_albedo_at(&l->albedo->reflected, wi.z, l->row);
+        under = l->fresnel_mean > 0 ? pti_fresnel(pti_min(wi.z, 1), l->eta, &cos_t)
+                                    : pti_albedo_at(&l->albedo->reflected, wi.z, l->row);
+        under = 1 - l->cover * under;
         *f = pti_scale(*f, under / l->e_mean);           /* 1 - E(wo) is in the colour */
     }
     return p;
@@ -3037,7 +3047,7 @@ static pt_vec3 pti_lost_sample(const pti_lobe *l, const pti_albedo_table *t, flo
 static pt_vec3 pti_lobe_fresnel(const pti_lobe *l, float cos_i) {
     float cos_t, F;
     if (l->kind == PTI_METAL || l->kind == PTI_MIRROR) {
-        if (pti_is_zero3(l->k)) return pti_fresnel_schlick(cos_i, l->r0);
+        if (!l->indexed) return pti_fresnel_schlick(cos_i, l->r0);
         return pt_v3(pti_fresnel_metal(cos_i, l->r0.x, l->k.x), pti_fresnel_metal(cos_i, l->r0.y, l->k.y),
                      pti_fresnel_metal(cos_i, l->r0.z, l->k.z));
     }
@@ -3055,7 +3065,7 @@ static float pti_bounce(const pti_lobe *l, pt_vec3 wi, pt_vec3 *m, float *f) {
 static pt_vec3 pti_metal_mean(const pti_lobe *l) {       /* of Fresnel's; Schlick's is (20 r0 + 1) / 21 */
     pt_vec3 sum = pt_v3(0, 0, 0);
     int i;
-    if (pti_is_zero3(l->k)) return pti_scale(pti_madd(l->r0, 20, pt_v3(1, 1, 1)), 1.0f / 21);
+    if (!l->indexed) return pti_scale(pti_madd(l->r0, 20, pt_v3(1, 1, 1)), 1.0f / 21);
     for (i = 0; i < 4; i++) {
         float mu = sqrtf(((float)i + 0.5f) / 4);
         sum = pti_add(sum, pti_scale(pti_lobe_fresnel(l, mu), 0.25f));
@@ -3063,16 +3073,14 @@ static pt_vec3 pti_metal_mean(const pti_lobe *l) {       /* of Fresnel's; Schlic
     return sum;
 }
 static float pti_metal_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
-    pt_vec3 m, F;
+    pt_vec3 m;
     float one, p, lost = 1 - l->e, ms, q;
     if (!(wi.z > 0)) return 0;
     p = pti_bounce(l, wi, &m, &one);
     *f = pti_mul(l->color, pti_scale(pti_lobe_fresnel(l, pti_min(pti_dot(l->wo, m), 1)), one));
     if (l->kind == PTI_COAT) return p;                   /* what it loses, the layers below have got */
     ms = lost * pti_lost_eval(l, &l->albedo->total[0], l->e_mean, wi, &q);
-    F = pti_metal_mean(l);
-    F = pt_v3(pti_more_bounces(F.x, l->e_mean), pti_more_bounces(F.y, l->e_mean), pti_more_bounces(F.z, l->e_mean));
-    *f = pti_madd(pti_mul(l->color, F), ms, *f);
+    *f = pti_madd(pti_mul(l->color, l->more), ms, *f);
     return p + lost * (q - p);
 }
 static void pti_metal_sample(const pti_lobe *l, float u, float v, uint32_t choice, pt_vec3 *wi) {
@@ -3322,7 +3330,7 @@ typedef struct pti_material {
     pt_bsdf_vtable vtable;                               /* PT_BSDF_USER */
     const struct pti_material *all;                      /* the scene's, set at commit like all that follow */
     const pti_texture *textures;
-    const pti_albedo *mirror, *dielectric, *coat, *fuzz; /* NULL where nothing asks them */
+    const pti_albedo *mirror, *glass, *gloss, *coat, *fuzz;        /* NULL where nothing asks them */
     float fresnel_mean;                                  /* of a smooth face of index ior */
     int emits, two_sided;                                /* of a mix: if one of its parts does, or is */
     int glows;                                           /* emits one colour, and does nothing else that matters there */
@@ -3353,7 +3361,7 @@ static pt_vec3 pti_vary3(const pti_material *m, const pt_vertex *x, pt_vec3 colo
 }
 static float pti_material_opacity(const pti_material *m, const pt_vertex *x) {          /* of the texture alone */
     const pti_texture *t = m->desc.opacity_texture.id ? pti_material_texture(m, m->desc.opacity_texture) : NULL;
-    return !t ? 1.0f : t->pixels && t->channels % 2 == 0 && !t->grey ? pti_texture_alpha(t, x) : pti_texture_grey(t, x);
+    return !t ? 1.0f : t->pixels && t->channels % 2 == 0 && !t->picked ? pti_texture_alpha(t, x) : pti_texture_grey(t, x);
 }
 static void pti_material_vary(const pti_material *m, const pt_vertex *x, pt_material_desc *d) {
     *d = m->desc;
@@ -3465,9 +3473,11 @@ static void pti_lobe_rough(pti_lobe *l, const pti_albedo *a, float roughness) {
 }
 static int pti_smooth(float roughness) { return roughness * roughness < PTI_LEAST_ALPHA; }
 static float pti_roughest(const pt_material_desc *d) { return pti_max(d->roughness, d->roughness_y); }
-/* The isotropic roughness that stands for one that differs along x and y, where no table knows that one. */
-static float pti_mean_roughness(const pt_material_desc *d) {
-    return d->roughness_y > 0 ? sqrtf(d->roughness * d->roughness_y) : d->roughness;
+/* The isotropic roughness that stands for one that differs along x and y, where no table knows that one: alpha^2 is the mean
+   of both. What is lost and given back then differs by percents where they differ much. */
+static float pti_mean_roughness(float rx, float ry) {
+    float x = rx * rx, y = ry * ry;
+    return ry > 0 && ry != rx ? sqrtf(sqrtf((x * x + y * y) / 2)) : rx;
 }
 
 static void pti_shade_diffuse(pti_shading *s, float rough, float shared) {
@@ -3478,13 +3488,17 @@ static void pti_shade_diffuse(pti_shading *s, float rough, float shared) {
     if (l) { l->rough = rough; l->r0 = s->d->color; }
     pti_add_lobe(s, PTI_THROUGH, pti_scale(color, through), share * through);
 }
-static void pti_shade_metal(pti_shading *s, pt_vec3 weight, pt_vec3 r0, pt_vec3 k) {
+static void pti_shade_metal(pti_shading *s, pt_vec3 weight, pt_vec3 r0, pt_vec3 k, int indexed) {
     int smooth = pti_smooth(pti_roughest(s->d));
     pti_lobe *l = pti_add_lobe(s, smooth ? PTI_MIRROR : PTI_METAL, weight, pti_luminance(weight));
+    pt_vec3 F;
     if (!l) return;
-    l->r0 = r0; l->k = k;
+    l->r0 = r0; l->k = k; l->indexed = indexed;
     l->share *= pti_max(pti_luminance(pti_lobe_fresnel(l, pti_min(l->wo.z, 1))), 0.02f);      /* never 0: it grows at grazing */
-    if (!smooth) pti_lobe_rough(l, s->m->mirror, pti_mean_roughness(s->d));
+    if (smooth) return;
+    pti_lobe_rough(l, s->m->mirror, pti_mean_roughness(s->d->roughness, s->d->roughness_y));
+    F = pti_metal_mean(l);
+    l->more = pt_v3(pti_more_bounces(F.x, l->e_mean), pti_more_bounces(F.y, l->e_mean), pti_more_bounces(F.z, l->e_mean));
 }
 static void pti_shade_glass(pti_shading *s, pt_vec3 weight, pt_vec3 reflected, pt_vec3 through) {
     const pt_material_desc *d = s->d;
@@ -3494,16 +3508,18 @@ static void pti_shade_glass(pti_shading *s, pt_vec3 weight, pt_vec3 reflected, p
     pti_lobe *l = pti_add_lobe(s, kind, pti_mul(weight, reflected), pti_luminance(weight));
     if (!l) return;
     l->through = pti_mul(weight, through);
-    if (!smooth) pti_lobe_rough(l, d->thin ? s->m->mirror : s->m->dielectric, pti_mean_roughness(d));
+    if (kind == PTI_GLASS) s->surface->squeeze = l->eta * l->eta;
+    if (!smooth) pti_lobe_rough(l, d->thin ? s->m->mirror : s->m->glass, pti_mean_roughness(d->roughness, d->roughness_y));
     if (kind == PTI_THIN) l->fresnel_mean = s->m->fresnel_mean;
 }
 /* A clear layer: the coat, or the gloss of a dielectric. Returns how much of the light it keeps from what lies below. */
 static float pti_shade_layer(pti_shading *s, float amount, float eta, const pti_albedo *a, float rx, float ry) {
-    float row = (ry > 0 ? sqrtf(rx * ry) : rx) * (PTI_ALBEDO - 1), e;
+    float row = pti_mean_roughness(rx, ry) * (PTI_ALBEDO - 1), e, cos_t;
+    int smooth = pti_smooth(pti_max(rx, ry));
     pti_lobe *l;
     if (!(amount > 0) || eta == 1 || !a) return 0;
-    e = amount * pti_albedo_at(&a->reflected, s->frame.wo.z, row);
-    l = pti_add_lobe(s, pti_smooth(pti_max(rx, ry)) ? PTI_GLOSS : PTI_COAT, pti_scale(s->weight, amount),
+    e = amount * (smooth ? pti_fresnel(pti_min(s->frame.wo.z, 1), eta, &cos_t) : pti_albedo_at(&a->reflected, s->frame.wo.z, row));
+    l = pti_add_lobe(s, smooth ? PTI_GLOSS : PTI_COAT, pti_scale(s->weight, amount),
                      pti_luminance(s->weight) * e);
     if (!l) return e;
     l->eta = eta;
@@ -3532,11 +3548,11 @@ static void pti_shade_principled(pti_shading *s) {
         e = pti_shade_layer(s, d->coat, d->coat_ior, s->m->coat, d->coat_roughness, 0);
         s->weight = pti_scale(s->weight, 1 - e);
     }
-    pti_shade_metal(s, pti_scale(s->weight, d->metallic), d->color, none);
+    pti_shade_metal(s, pti_scale(s->weight, d->metallic), d->color, none, 0);
     s->weight = pti_scale(s->weight, 1 - d->metallic);
     pti_shade_glass(s, pti_scale(s->weight, d->transmission), white, d->color);
     s->weight = pti_scale(s->weight, 1 - d->transmission);
-    e = pti_shade_layer(s, d->specular, d->ior, s->m->dielectric, d->roughness, d->roughness_y);
+    e = pti_shade_layer(s, d->specular, d->ior, s->m->gloss, d->roughness, d->roughness_y);
     first = s->surface->count;
     pti_shade_diffuse(s, 0, 1 - e);
     if (!(e > 0)) return;
@@ -3545,10 +3561,13 @@ static void pti_shade_principled(pti_shading *s) {
         l->color = pti_scale(l->color, 1 - e);
         l->through = pti_scale(l->through, 1 - e);
         if (l->kind == PTI_LAMBERT) l->kind = PTI_DIFFUSE;
-        l->albedo = s->m->dielectric;
-        l->row = pti_mean_roughness(d) * (PTI_ALBEDO - 1);
+        l->albedo = s->m->gloss;
+        l->row = pti_mean_roughness(d->roughness, d->roughness_y) * (PTI_ALBEDO - 1);
         l->cover = d->specular;
-        l->e_mean = 1 - d->specular * pti_albedo_mean_at(&l->albedo->reflected, l->row);
+        l->eta = d->ior;
+        l->fresnel_mean = pti_smooth(pti_roughest(d)) ? s->m->fresnel_mean : 0.0f;
+        l->e_mean = l->fresnel_mean > 0 ? l->fresnel_mean : pti_albedo_mean_at(&l->albedo->reflected, l->row);
+        l->e_mean = pti_max(1 - d->specular * l->e_mean, 1e-6f);
     }
 }
 
@@ -3593,6 +3612,7 @@ static void pti_material_lobes(const pti_material *m, const pt_vertex *x, pt_vec
     pt_material_desc varied;
     pti_shading s;
     pti_lobe *l;
+    int indexed;
     memset(&s.frame, 0, sizeof s.frame);
     s.surface = out; s.m = m; s.d = &m->desc;
     if (m->varies) { pti_material_vary(m, x, &varied); s.d = &varied; }
@@ -3606,7 +3626,8 @@ static void pti_material_lobes(const pti_material *m, const pt_vertex *x, pt_vec
     pti_shade_frame(&s, x);
     switch (s.d->bsdf) {
     case PT_BSDF_CONDUCTOR:
-        pti_shade_metal(&s, s.weight, pti_is_zero3(s.d->k) ? s.d->color : s.d->eta, s.d->k);
+        indexed = !pti_is_zero3(s.d->eta) || !pti_is_zero3(s.d->k);
+        pti_shade_metal(&s, s.weight, indexed ? s.d->eta : s.d->color, s.d->k, indexed);
         break;
     case PT_BSDF_DIELECTRIC: pti_shade_glass(&s, s.weight, s.d->color, s.d->color); break;
     case PT_BSDF_PRINCIPLED: pti_shade_principled(&s); break;
@@ -3625,6 +3646,7 @@ static void pti_surface_at(const pti_material *m, const pt_vertex *x, pti_surfac
     s->x = x;
     s->count = 0;
     s->delta = 0;
+    s->squeeze = 1;
     if (m->plain) {
         s->count = 1;
         s->lobes[0].kind = PTI_LAMBERT;
@@ -4397,7 +4419,7 @@ static int pti_check_material_numbers(pt_scene *s, const pt_material_desc *d) {
 static int pti_check_material(pt_scene *s, const pt_material_desc *d) {
     const char *call = "pt_add_material";
     pt_vec3 e = d->emission;
-    return pti_check(s, d->bsdf >= PT_BSDF_DIFFUSE && d->bsdf <= PT_BSDF_USER, call, "bsdf is no pt_bsdf", (float)d->bsdf)
+    return pti_check(s, d->bsdf >= PT_BSDF_DIFFUSE && d->bsdf <= PT_BSDF_USER, call, "bsdf is no pt_bsdf", (float)(int)d->bsdf)
         && pti_check3(s, pti_is_unit3(d->color), call, "color must be between 0 and 1", d->color)
         && pti_check3(s, pti_is_unit3(d->sheen_color), call, "sheen_color must be between 0 and 1", d->sheen_color)
         && pti_check3(s, e.x >= 0 && e.y >= 0 && e.z >= 0 && pti_in_range3(e), call,
@@ -4586,6 +4608,7 @@ static int pti_texture_take_pixels(pt_scene *s, pti_texture *t, const pt_texture
         t->pixels = copy;
         t->owned = 1;
     }
+    t->picked = t->grey;
     t->grey = t->grey || t->channels < 3;
     is_alpha = t->channels % 2 == 0 && t->first == t->channels - 1;            /* which is linear */
     return pti_decode_table(s, t->bits, 0, &t->decode_alpha)
@@ -5246,7 +5269,8 @@ static int pti_material_tables(pt_scene *s, pti_material *m) {
     const pt_material_desc *d = &m->desc;
     int any = d->shade != NULL, varied = any || d->roughness_texture.id || d->roughness_y_texture.id;
     int rough = varied || !pti_smooth(pti_roughest(d)), principled = d->bsdf == PT_BSDF_PRINCIPLED;
-    int dielectric = d->bsdf == PT_BSDF_DIELECTRIC, glass = dielectric && (any || !d->thin);
+    int dielectric = d->bsdf == PT_BSDF_DIELECTRIC;
+    int glass = (dielectric && (any || !d->thin)) || (principled && (any || d->transmission > 0 || d->transmission_texture.id));
     int metal = d->bsdf == PT_BSDF_CONDUCTOR || (dielectric && (any || d->thin)) || (principled && (any || d->metallic > 0
         || d->metallic_texture.id || d->thin));
     float ax = 0, ay = 0;
@@ -5256,8 +5280,8 @@ static int pti_material_tables(pt_scene *s, pti_material *m) {
     }
     m->fresnel_mean = pti_fresnel_mean(d->ior);
     if (metal && rough && !(m->mirror = pti_scene_albedo(s, 0, ax, ay))) return 0;
-    if (glass && rough && !(m->dielectric = pti_scene_albedo(s, d->ior, ax, ay))) return 0;
-    if (principled && !(m->dielectric = pti_scene_albedo(s, d->ior, 0, 0))) return 0;
+    if (glass && rough && !(m->glass = pti_scene_albedo(s, d->ior, ax, ay))) return 0;
+    if (principled && !(m->gloss = pti_scene_albedo(s, d->ior, 0, 0))) return 0;
     if (principled && (any || d->coat > 0 || d->coat_texture.id) && !(m->coat = pti_scene_albedo(s, d->coat_ior, 0, 0)))
         return 0;
     if (principled && (any || d->sheen > 0 || d->sheen_texture.id) && !(m->fuzz = pti_scene_albedo(s, -1, 0, 0))) return 0;
@@ -5453,7 +5477,8 @@ typedef struct pti_tracer {                              /* what all paths of a 
 /* Roulette looks at what a path can still bring, its potential: the throughput without the weights of deltas, since behind
    tinted glass all paths are dim and none is worth less for it. It plays after the emission at a vertex has been added, not
    before the ray there is traced: a path that aims at a lamp has a small f / p just because the lamp is bright. For the same
-   reason it does not play at mirrors and panes, behind which the lamp may be. */
+   reason it does not play at mirrors and panes, behind which the lamp may be. And radiance that glass has squeezed is no
+   less: it comes out again. */
 #define PTI_ROULETTE_LEAST 0.05f
 static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
     float q = pti_max(pti_largest(*potential), PTI_ROULETTE_LEAST);
@@ -5491,7 +5516,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         pti_ray_prepare(&ray, org, dir, 0, start->time);
         pti_hit_init(&hit, 0);
         ++*rays;
-        if (!t->trace(&s->geometry, &ray, &hit, 0)) 
+        if (!t->trace(&s->geometry, &ray, &hit, 0))
             return pti_add(L, pti_mul(beta, pti_environment_radiance(&s->environment, dir)));
         pti_vertex_fill(&s->geometry, &ray, &hit, &x);
         m = pti_material_at(s, &x);
@@ -5513,6 +5538,8 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
             return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
         beta = pti_mul(beta, step.weight);
         if (!step.delta) potential = pti_mul(potential, step.weight);
+        if (!step.delta && surface.squeeze != 1 && !pti_same_side(&x, x.wo, step.wi))
+            potential = pti_scale(potential, surface.squeeze);
         org = pti_spawn(&x, step.wi);
         dir = step.wi;
     }

@@ -267,7 +267,7 @@ static void textures_of_numbers(void) {
         a = b = base; \
         names[i] = #name; \
         if (!strcmp(#name, "mix")) a.bsdf = b.bsdf = PT_BSDF_MIX; \
-        if (!strcmp(#name, "roughness_y")) a.metallic = b.metallic = 0;      /* one table for all where they vary */ \
+        if (!strcmp(#name, "roughness_y")) a.metallic = b.metallic = a.transmission = b.transmission = 0;      /* one table for all where they vary */ \
         a.name = n[k]; a.name##_texture = texture_of(s, v[k], 0.9f, 0.1f); \
         b.name = n[k] != 0 ? n[k] * v[k] : v[k]; \
         id[k][i][0][0] = pt_add_material(s, &a); id[k][i][1][0] = pt_add_material(s, &b); \
