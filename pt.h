@@ -211,7 +211,9 @@ typedef struct pt_material_desc {
                                                              across it: 0 = as along it. Diffuse: EON's, 0 = Lambert */
     float      rotation_deg;                              /* turns the tangent, counter-clockwise seen from outside; 1 in its
                                                              texture is 360 degrees */
-    float      ior;                                       /* inside over outside, 0.01 to 100; 0 = 1.5 */
+    float      ior;                                       /* inside over outside, 0.01 to 100; 0 = 1.5. Tables for each ior of
+                                                             rough glass or principled materials take the commit a tenth
+                                                             of a second; so does each roughness_y of its own */
     float      abbe;                                      /* dispersion: Abbe's number; 0 = none */
     pt_vec3    eta, k;                                    /* conductor: complex index eta + i k a channel; both zero = by
                                                              color */
@@ -294,7 +296,9 @@ PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *u
      POINT        position, radius; color is power in W. A real sphere, seen and hit, black but for its light
      SPOT         position, radius, direction, cone_deg, blend; color is the power of the POINT that is seen through the cone
      SKY          direction, radius_deg, turbidity; color multiplies, zero = 1. Cloudless daylight or dusk, and the sun; takes
-                  a tenth of a second. Its watts are those that eyes see, 179 lm each: half of what a pyranometer reads */
+                  a tenth of a second. Radiance is near 100 by day (expose a picture by -6 stops, or color it .02); below
+                  the horizon is ground of albedo 0.2. Its watts are those that eyes see, 179 lm each: half of what a
+                  pyranometer reads */
 typedef enum pt_light_kind {
     PT_LIGHT_ENVIRONMENT, PT_LIGHT_SUN, PT_LIGHT_POINT, PT_LIGHT_SPOT, PT_LIGHT_SKY
 } pt_light_kind;
@@ -457,7 +461,8 @@ PT_DEF pt_result pt_write_png(const char *path, const float *rgb, int width, int
 PT_DEF pt_result pt_write_ppm(const char *path, const float *rgb, int width, int height, const pt_encoding *e);
 PT_DEF pt_result pt_write_pfm(const char *path, const float *rgb, int width, int height);   /* exact */
 PT_DEF pt_result pt_write_hdr(const char *path, const float *rgb, int width, int height);   /* 8 bits a channel and a
-                                                                                                shared exponent */
+                                                                                                shared exponent; NaN and
+                                                                                                below 0 become 0 */
 #endif
 
 /* A picture read from a file. Start from zero, or with an allocator set; free with pt_image_free, also after an error. */
