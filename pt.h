@@ -2811,11 +2811,13 @@ static float pti_sheen(pt_vec3 wo, pt_vec3 wi, float alpha) {
    tables over x = sqrt(mu), mu = wo.z, and over the roughness or, where it differs along x and y, over the angle around z. */
 #define PTI_ALBEDO 32
 typedef struct pti_albedo_table {
-    float e[PTI_ALBEDO][PTI_ALBEDO], mean[PTI_ALBEDO];
+    float e[PTI_ALBEDO][PTI_ALBEDO], mean[PTI_ALBEDO];   /* e[row][column]: columns go by x from 0 to 1; rows by roughness from
+                                                            0 to 1, or by the angle from 0 to 90 degrees */
     float lost[PTI_ALBEDO][PTI_ALBEDO];                  /* running sums of (1 - E) mu dmu over x, to draw x with */
 } pti_albedo_table;
 typedef struct pti_albedo {
-    float eta, ax, ay;                                   /* of what: eta 0 a perfect mirror, -1 fuzz; ax 0 any roughness */
+    float eta, ax, ay;                                   /* of what: eta 0 a perfect mirror, -1 fuzz; ax 0: rows are
+                                                            roughness, else angles, for this ax and ay */
     float fresnel_mean;                                  /* of the smooth surface, seen from outside */
     pti_albedo_table total[2], reflected;                /* all light, from outside and from inside; reflected outside */
 } pti_albedo;
@@ -2960,7 +2962,7 @@ typedef enum pti_lobe_kind {
 
 typedef struct pti_lobe {
     pti_lobe_kind kind;
-    float share;
+    float share;                                         /* how often it is drawn: about the luminance that it sends on */
     pt_vec3 color, through;                              /* factors of what is reflected and of what goes through */
     pt_vec3 t, b, n, wo;                                 /* the frame, and wo in it */
     float ax, ay, eta;                                   /* eta: index behind over index before */
@@ -3098,9 +3100,10 @@ static void pti_metal_sample(const pti_lobe *l, float u, float v, uint32_t choic
 
 /* A rough pane of glass without thickness: between its two faces light goes to and fro, so R = 2 F / (1 + F) comes back, and
    the rest leaves on the other side as if mirrored by the pane's own plane. */
+static float pti_to_and_fro(float F) { return 2 * F / (1 + F); }
 static float pti_pane_fresnel(float cos_i, float eta) {
-    float cos_t, F = pti_fresnel(cos_i, eta, &cos_t);
-    return 2 * F / (1 + F);
+    float cos_t;
+    return pti_to_and_fro(pti_fresnel(cos_i, eta, &cos_t));
 }
 static float pti_thin_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
     int back = wi.z > 0;
@@ -3109,14 +3112,14 @@ static float pti_thin_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
     if (wi.z == 0) return 0;
     p = pti_bounce(l, up, &m, &one);
     F = pti_pane_fresnel(pti_min(pti_dot(l->wo, m), 1), l->eta);
-    mean = 2 * l->fresnel_mean / (1 + l->fresnel_mean);
+    mean = pti_to_and_fro(l->fresnel_mean);
     if (!back) { F = 1 - F; mean = 1 - mean; }
     ms = lost * pti_lost_eval(l, &l->albedo->total[0], l->e_mean, up, &q);
     *f = pti_scale(back ? l->color : l->through, F * one + mean * ms);
     return (1 - lost) * F * p + lost * mean * q;
 }
 static void pti_thin_sample(const pti_lobe *l, float u, float v, uint32_t choice, pt_vec3 *wi) {
-    float mean = 2 * l->fresnel_mean / (1 + l->fresnel_mean), F;
+    float mean = pti_to_and_fro(l->fresnel_mean), F;
     if (pti_split(&choice, 1 - l->e)) { *wi = pti_lost_sample(l, &l->albedo->total[0], u, v); F = mean; }
     else {
         pt_vec3 m = pti_sample_ggx(l->wo, l->ax, l->ay, u, v);
@@ -3235,7 +3238,7 @@ static int pti_mirror_sample(const pti_lobe *l, const pt_vertex *x, pt_vec3 n, p
 }
 static int pti_pane_sample(const pti_lobe *l, const pt_vertex *x, pt_vec3 n, uint32_t u, pt_scatter *out) {
     float cos_i = pti_min(pti_dot(n, x->wo), 1), cos_t, F = pti_fresnel(cos_i, l->eta, &cos_t), eta2 = l->eta * l->eta;
-    if (l->kind == PTI_THIN_PANE) { F = 2 * F / (1 + F); eta2 = 1; }
+    if (l->kind == PTI_THIN_PANE) { F = pti_to_and_fro(F); eta2 = 1; }
     if (pti_split(&u, F)) {
         out->wi = pti_mirrored(x->wo, n);
         out->f = pti_scale(l->color, F);
