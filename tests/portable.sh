@@ -3,36 +3,37 @@
 # and compares the hashes it prints.  usage: portable.sh OUT
 out=$1
 mkdir -p "$out" || exit 1
-reference= different=0 compared=0 skipped=0
+rm -f "$out"/[0-9]* "$out/reference"
+count=0 reference=$out/reference
 
 have() { command -v "$1" > /dev/null 2>&1; }
 
-# compare NAME ISA RUNNER COMPILER FLAG...: RUNNER is what runs the program, or "" for this machine
-compare() {
-    name=$1 isa=$2 runner=$3
-    shift 3
+say() {                               # NUMBER NAME VERDICT
+    printf '%-36s %s\n' "$2" "$3"
+    echo "$3" > "$out/$1.verdict"
+}
+# build NUMBER NAME ISA RUNNER COMPILER FLAG...: RUNNER is what runs the program, or "" for this machine
+build() {
+    number=$1 name=$2 isa=$3 runner=$4
+    shift 4
     for tool in $1 ${runner%% *}; do
-        if ! have "$tool"; then printf '%-36s skipped: no %s\n' "$name" "$tool"; skipped=$((skipped + 1)); return; fi
+        if ! have "$tool"; then say "$number" "$name" "skipped: no $tool"; return; fi
     done
-    if ! "$@" tests/portable.c -o "$out/program" -lm -lpthread > "$out/log" 2>&1; then
-        printf '%-36s does not build: %s\n' "$name" "$(head -n 1 "$out/log")"
-        different=$((different + 1))
+    if ! "$@" tests/portable.c -o "$out/$number.program" -lm -lpthread > "$out/$number.log" 2>&1; then
+        say "$number" "$name" "DOES NOT BUILD: $(head -n 1 "$out/$number.log")"
         return
     fi
-    $runner "$out/program" $isa > "$out/hashes" 2>&1 || echo "exit code $?" >> "$out/hashes"
-    if [ -z "$reference" ]; then
-        reference=$out/reference
-        cp "$out/hashes" "$reference"
-        cat "$reference"
-        merged=$(sed -n 's/^merged *//p' "$reference") whole=$(sed -n 's/^cornell *//p' "$reference")
-        if [ "$merged" != "$whole" ]; then echo "two halves merged differ from the whole"; different=$((different + 1)); fi
-        if grep -qvE '^[a-z]+ +[0-9a-f]{16}$' "$reference"; then echo "$name: not all pictures were drawn"; different=$((different + 1)); fi
-    elif cmp -s "$reference" "$out/hashes"; then printf '%-36s equal\n' "$name"
-    else
-        printf '%-36s DIFFERS: %s\n' "$name" "$(diff "$reference" "$out/hashes" | sed -n 's/^> *//p' | tr -s ' ' | tr '\n' ',')"
-        different=$((different + 1))
+    $runner "$out/$number.program" $isa > "$out/$number.hashes" 2>&1 || echo "exit code $?" >> "$out/$number.hashes"
+    rm -f "$out/$number.program" "$out/$number.log"
+    [ -f "$reference" ] || cp "$out/$number.hashes" "$reference"
+    if cmp -s "$reference" "$out/$number.hashes"; then say "$number" "$name" equal
+    else say "$number" "$name" "DIFFERS: $(diff "$reference" "$out/$number.hashes" | sed -n 's/^> *//p' | tr -s ' ' | tr '\n' ',')"
     fi
-    compared=$((compared + 1))
+}
+compare() {                           # two at a time, but the first alone: all others are held against it
+    count=$((count + 1))
+    build $count "$@" &
+    if [ $((count % 2)) = 1 ]; then wait; fi
 }
 
 compare 'gcc -O2'                   ''     '' gcc -O2
@@ -65,6 +66,13 @@ compare 'armhf'                     ''     'qemu-arm'     arm-linux-gnueabihf-gc
 compare 'riscv64'                   ''     'qemu-riscv64' riscv64-linux-gnu-gcc -O2 -static
 compare 's390x (big-endian)'        ''     'qemu-s390x'   s390x-linux-gnu-gcc -O2 -static
 
-rm -f "$out/program" "$out/log"
-echo "portable: $compared builds compared, $different differ, $skipped skipped"
-[ "$different" = 0 ] && [ "$compared" -gt 0 ]
+wait
+
+different=$(cat "$out"/*.verdict | grep -c '^D')
+skipped=$(cat "$out"/*.verdict | grep -c '^skipped')
+cat "$reference"
+merged=$(sed -n 's/^merged *//p' "$reference") whole=$(sed -n 's/^cornell *//p' "$reference")
+if [ "$merged" != "$whole" ]; then echo "two halves merged differ from the whole"; different=$((different + 1)); fi
+if grep -qvE '^[a-z]+ +[0-9a-f]{16}$' "$reference"; then echo "not all pictures were drawn"; different=$((different + 1)); fi
+echo "portable: $((count - skipped)) builds compared, $different differ, $skipped skipped"
+[ "$different" = 0 ] && [ "$count" -gt "$skipped" ]
