@@ -208,7 +208,8 @@ typedef struct pt_material_desc {
                                                              incidence. Dielectric: tint of both lobes, zero = white. In
                                                              [0,1] */
     float      roughness, roughness_y;                    /* 0 smooth to 1; alpha of GGX is its square. Along the tangent, and
-                                                             across it: 0 = as along it. Diffuse: EON's, 0 = Lambert */
+                                                             across it: 0 = as along it (where the two differ, textures
+                                                             on them are slow). Diffuse: EON's, 0 = Lambert */
     float      rotation_deg;                              /* turns the tangent, counter-clockwise seen from outside; 1 in its
                                                              texture is 360 degrees */
     float      ior;                                       /* inside over outside, 0.01 to 100; 0 = 1.5. Tables for each ior of
@@ -1258,6 +1259,16 @@ static pt_vec3 pti_sample_cone(float one_minus_cos, float u, float v) {
     pti_sincos(2 * PTI_PI * v, &s, &c);
     return pt_v3(r * c, r * s, 1 - h);
 }
+/* About any axis; by |wi - axis|^2 = 2 (1 - cos), which does not cancel. */
+static pt_vec3 pti_sample_cone_about(pt_vec3 axis, float one_minus_cos, float u, float v) {
+    pt_vec3 t, b;
+    pti_basis(axis, &t, &b);
+    return pti_normalize(pti_to_world(t, b, axis, pti_sample_cone(one_minus_cos, u, v)));
+}
+static int pti_in_cone(pt_vec3 axis, float one_minus_cos, pt_vec3 wi) {
+    pt_vec3 d = pti_sub(wi, axis);
+    return one_minus_cos >= 2 || pti_dot(d, d) <= 2 * one_minus_cos;
+}
 static float pti_pdf_cone(float one_minus_cos) { return 1 / (2 * PTI_PI * one_minus_cos); }
 
 static inline pt_vec3 pti_sample_hemisphere(float u, float v) { return pti_sample_cone(1, u, v); }
@@ -1363,7 +1374,6 @@ static pt_vec3 pti_sample_rect(const pti_rect *r, float S, float u, float v) {
 }
 static float pti_pdf_rect(float S) { return 1 / S; }
 
-#define PTI_BELOW_1 (1 - 1.0f / 16777216)                  /* the largest float that is */
 
 /* Piecewise-constant densities on [0,1] and [0,1]^2, by inversion of the running sum (never alias tables, which would tear
    the strata apart). A table of n cells has n + 1 entries from 0 to 1. A density is read off the same table that draws,
@@ -1427,14 +1437,20 @@ static float pti_bell(float x, float middle, float left, float right) {
     return pti_exp(-0.5f * t * t);
 }
 /* XYZ to linear RGB with Rec. 709 primaries and a D65 white. */
+static void pti_rgb_of_xyz(double v[3]) {
+    double x = v[0], y = v[1], z = v[2];
+    v[0] =  3.2404541621141054 * x - 1.5371385127977166 * y - 0.4985314095560162 * z;
+    v[1] = -0.9692660305051868 * x + 1.8760108454466942 * y + 0.0415560175303498 * z;
+    v[2] =  0.0556434309591147 * x - 0.2040259135167538 * y + 1.0572251882231791 * z;
+}
 static pt_vec3 pti_wavelength_color(float nm) {
-    float x = 1.056f * pti_bell(nm, 599.8f, 37.9f, 31.0f) + 0.362f * pti_bell(nm, 442.0f, 16.0f, 26.7f)
-            - 0.065f * pti_bell(nm, 501.1f, 20.4f, 26.2f);
-    float y = 0.821f * pti_bell(nm, 568.8f, 46.9f, 40.5f) + 0.286f * pti_bell(nm, 530.9f, 16.3f, 31.1f);
-    float z = 1.217f * pti_bell(nm, 437.0f, 11.8f, 36.0f) + 0.681f * pti_bell(nm, 459.0f, 26.0f, 13.8f);
-    return pt_v3(pti_max(3.24045f * x - 1.53714f * y - 0.49853f * z, 0),
-                 pti_max(-0.96927f * x + 1.87601f * y + 0.04156f * z, 0),
-                 pti_max(0.05564f * x - 0.20403f * y + 1.05723f * z, 0));
+    double v[3];
+    v[0] = (double)(1.056f * pti_bell(nm, 599.8f, 37.9f, 31.0f) + 0.362f * pti_bell(nm, 442.0f, 16.0f, 26.7f)
+                  - 0.065f * pti_bell(nm, 501.1f, 20.4f, 26.2f));
+    v[1] = (double)(0.821f * pti_bell(nm, 568.8f, 46.9f, 40.5f) + 0.286f * pti_bell(nm, 530.9f, 16.3f, 31.1f));
+    v[2] = (double)(1.217f * pti_bell(nm, 437.0f, 11.8f, 36.0f) + 0.681f * pti_bell(nm, 459.0f, 26.0f, 13.8f));
+    pti_rgb_of_xyz(v);
+    return pti_max3(pt_v3((float)v[0], (float)v[1], (float)v[2]), pt_v3(0, 0, 0));
 }
 static void pti_spectrum_build(pti_spectrum *s) {
     pt_vec3 sum = pt_v3(0, 0, 0);
@@ -2823,15 +2839,19 @@ typedef struct pti_albedo {
 } pti_albedo;
 
 /* E from wo, by the midpoint rule over the numbers that D_v is drawn with (v by its square: near 1 it changes fast). Without
-   eta, of a perfect mirror. sum[0] reflected, sum[1] all. */
+   eta, of a perfect mirror. n x rows points; sum[0] reflected, sum[1] all. */
 #define PTI_ALBEDO_U 16
 #define PTI_ALBEDO_V 32
-static void pti_albedo_integrate(pt_vec3 wo, float ax, float ay, float eta, float sum[2]) {
-    float lambda = 1 + pti_ggx_lambda(wo, ax, ay), around = ax == ay ? 0.5f : 1.0f;     /* by symmetry, half of it will do */
-    int i, j, n = ax == ay ? PTI_ALBEDO_U : 2 * PTI_ALBEDO_U;
+static void pti_albedo_integrate(pt_vec3 wo, float ax, float ay, float eta, int n, int rows, float sum[2]) {
+    float lambda = 1 + pti_ggx_lambda(wo, ax, ay), around = 1;
+    int i, j;
+    if (ax == ay) {                                      /* about the z axis all is alike, so turned, half of it will do */
+        wo = pt_v3(pti_safe_sqrt(1 - wo.z * wo.z), 0, wo.z);
+        around = 0.5f;
+    }
     sum[0] = sum[1] = 0;
-    for (j = 0; j < PTI_ALBEDO_V; j++) for (i = 0; i < n; i++) {
-        float s = 1 - ((float)j + 0.5f) / PTI_ALBEDO_V, u = around * ((float)i + 0.5f) / (float)n, cos_t = 0, F = 1;
+    for (j = 0; j < rows; j++) for (i = 0; i < n; i++) {
+        float s = 1 - ((float)j + 0.5f) / (float)rows, u = around * ((float)i + 0.5f) / (float)n, cos_t = 0, F = 1;
         pt_vec3 m = pti_sample_ggx(wo, ax, ay, u, 1 - s * s), wi = pti_mirrored(wo, m);
         float g = wi.z > 0 ? 2 * s * lambda / (lambda + pti_ggx_lambda(wi, ax, ay)) : 0.0f;
         if (eta > 0) F = pti_fresnel(pti_min(pti_dot(wo, m), 1), eta, &cos_t);
@@ -2840,8 +2860,8 @@ static void pti_albedo_integrate(pt_vec3 wo, float ax, float ay, float eta, floa
         wi = pti_refracted(wo, m, eta, cos_t);
         if (wi.z < 0) sum[1] += (1 - F) * 2 * s * lambda / (lambda + pti_ggx_lambda(wi, ax, ay));
     }
-    sum[0] = pti_min(sum[0] / ((float)n * PTI_ALBEDO_V), 1);
-    sum[1] = pti_min(sum[0] + sum[1] / ((float)n * PTI_ALBEDO_V), 1);
+    sum[0] = pti_min(sum[0] / (float)(n * rows), 1);
+    sum[1] = pti_min(sum[0] + sum[1] / (float)(n * rows), 1);
 }
 static float pti_sheen_integrate(pt_vec3 wo, float alpha) {
     float sum = 0;
@@ -2893,7 +2913,7 @@ static float pti_fresnel_mean(float eta) {               /* the integral of F 2 
     return sum;
 }
 static void pti_albedo_build(pti_albedo *a) {
-    int row, i;
+    int row, i, n = a->ax == a->ay ? PTI_ALBEDO_U : 2 * PTI_ALBEDO_U;
     for (row = 0; row < PTI_ALBEDO; row++) {
         float y = (float)row / (PTI_ALBEDO - 1), ax = a->ax, ay = a->ay, s = 0, c = 1;
         if (ax > 0) pti_sincos(y * (PTI_PI / 2), &s, &c);
@@ -2902,10 +2922,10 @@ static void pti_albedo_build(pti_albedo *a) {
             float x = (float)i / (PTI_ALBEDO - 1), mu = pti_max(x * x, 1e-4f), r = sqrtf(1 - mu * mu), sum[2];
             pt_vec3 wo = pt_v3(r * c, r * s, mu);
             if (a->eta < 0) { a->reflected.e[row][i] = pti_sheen_integrate(wo, pti_max(ax, PTI_LEAST_FUZZ)); continue; }
-            pti_albedo_integrate(wo, ax, ay, a->eta, sum);
+            pti_albedo_integrate(wo, ax, ay, a->eta, n, PTI_ALBEDO_V, sum);
             a->reflected.e[row][i] = sum[0];
             a->total[0].e[row][i] = sum[1];
-            if (a->eta > 0) pti_albedo_integrate(wo, ax, ay, 1 / a->eta, sum);
+            if (a->eta > 0) pti_albedo_integrate(wo, ax, ay, 1 / a->eta, n, PTI_ALBEDO_V, sum);
             a->total[1].e[row][i] = sum[1];
         }
         pti_albedo_finish(&a->reflected, row);
@@ -2929,10 +2949,15 @@ static float pti_albedo_at(const pti_albedo_table *t, float mu, float row) {
     return (t->e[j][i] * (1 - fx) + t->e[j][i + 1] * fx) * (1 - fy)
          + (t->e[j + 1][i] * (1 - fx) + t->e[j + 1][i + 1] * fx) * fy;
 }
-static float pti_albedo_mean_at(const pti_albedo_table *t, float row) {
+static float pti_albedo_mean_at(const pti_albedo_table *t, float roughness) {       /* where rows are angles, all are one */
+    float row = roughness * (PTI_ALBEDO - 1);
     int j = (int)row;
     if (j > PTI_ALBEDO - 2) j = PTI_ALBEDO - 2;
     return t->mean[j] + (t->mean[j + 1] - t->mean[j]) * (row - (float)j);
+}
+/* The row for w: that of a roughness, or of the angle around z. */
+static float pti_albedo_row(const pti_albedo *a, float roughness, pt_vec3 w) {
+    return (a->ax > 0 ? pti_atan2(fabsf(w.y), fabsf(w.x)) * (2 / PTI_PI) : roughness) * (PTI_ALBEDO - 1);
 }
 /* mu with about the density of lost light (from the nearest row), and that density per steradian: x = sqrt(mu) has
    dw = 2 pi dmu = 4 pi x dx. */
@@ -2971,7 +2996,7 @@ typedef struct pti_lobe {
     int indexed;
     pt_vec3 more;                                        /* metal: colour of what comes back after more than one bounce */
     const pti_albedo *albedo;                            /* NULL for smooth lobes */
-    float row, e, e_mean;                                /* its row; E(wo); the mean of E, or under a layer of 1 - E */
+    float table_roughness, e, e_mean;                    /* where in it; E(wo); the mean of E, or under a layer of 1 - E */
     float fresnel_mean;                                  /* of one smooth face: PTI_THIN, and smooth gloss on PTI_DIFFUSE */
     float cover, rough;                                  /* PTI_DIFFUSE: how much of albedo lies on it; EON's roughness */
     const pt_bsdf_vtable *vtable;                        /* PTI_USER_LOBE */
@@ -3019,7 +3044,8 @@ static float pti_diffuse_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
     *f = l->rough > 0 ? pti_mul(l->color, pti_scale(pti_eon(l->r0, l->rough, l->wo, wi), wi.z)) : pti_scale(l->color, p);
     if (l->albedo) {
         under = l->fresnel_mean > 0 ? pti_fresnel(pti_min(wi.z, 1), l->eta, &cos_t)
-                                    : pti_albedo_at(&l->albedo->reflected, wi.z, l->row);
+                                    : pti_albedo_at(&l->albedo->reflected, wi.z,
+                                                    pti_albedo_row(l->albedo, l->table_roughness, wi));
         under = 1 - l->cover * under;
         *f = pti_scale(*f, under / l->e_mean);           /* 1 - E(wo) is in the colour */
     }
@@ -3029,16 +3055,9 @@ static float pti_diffuse_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
 /* The rough lobes. What one bounce loses comes back as (1 - E(wo)) (1 - E(wi)) / (pi (1 - mean E)), drawn like a diffuse
    lobe with probability 1 - E(wo), more often where E(wi) is small. Colour is lost at each of the further bounces, with F the
    mean of Fresnel's over the hemisphere. */
-static float pti_lobe_row(const pti_lobe *l, pt_vec3 w) {
-    if (!(l->albedo->ax > 0)) return l->row;
-    return pti_atan2(fabsf(w.y), fabsf(w.x)) * (2 / PTI_PI * (PTI_ALBEDO - 1));
-}
-static float pti_lobe_albedo(const pti_lobe *l, const pti_albedo_table *t, pt_vec3 w) {
-    return pti_albedo_at(t, fabsf(w.z), pti_lobe_row(l, w));
-}
 /* (1 - E(wi)) cos / (pi (1 - mean E)), and a density like it: smooth surfaces lose light at grazing angles only. */
 static float pti_lost_eval(const pti_lobe *l, const pti_albedo_table *t, float mean, pt_vec3 wi, float *p) {
-    float row = pti_lobe_row(l, wi), mu = fabsf(wi.z);
+    float row = pti_albedo_row(l->albedo, l->table_roughness, wi), mu = fabsf(wi.z);
     *p = pti_pdf_lost(t, row, mu);
     return (1 - pti_albedo_at(t, mu, row)) * mu / (PTI_PI * pti_max(1 - mean, 1e-6f));
 }
@@ -3047,7 +3066,7 @@ static pt_vec3 pti_lost_sample(const pti_lobe *l, const pti_albedo_table *t, flo
     float mu, r;
     pti_sincos(2 * PTI_PI * u, &wi.y, &wi.x);
     wi.z = 0;
-    mu = pti_sample_lost(t, pti_lobe_row(l, wi), v);
+    mu = pti_sample_lost(t, pti_albedo_row(l->albedo, l->table_roughness, wi), v);
     r = sqrtf(1 - mu * mu);
     return pt_v3(wi.x * r, wi.y * r, mu);
 }
@@ -3138,8 +3157,8 @@ static void pti_thin_sample(const pti_lobe *l, float u, float v, uint32_t choice
    goes in, and the same with sides exchanged goes out, so that both ways are the same (Kulla and Conty 2017). */
 static float pti_glass_share_through(const pti_lobe *l) {
     const pti_albedo *a = l->albedo;
-    float out = pti_max(1 - pti_albedo_mean_at(&a->total[0], l->row), 1e-6f);
-    float in = pti_max(1 - pti_albedo_mean_at(&a->total[1], l->row), 1e-6f);
+    float out = pti_max(1 - pti_albedo_mean_at(&a->total[0], l->table_roughness), 1e-6f);
+    float in = pti_max(1 - pti_albedo_mean_at(&a->total[1], l->table_roughness), 1e-6f);
     float F = 1 - a->fresnel_mean;
     return (l->inside ? F / (a->eta * a->eta) * out : F * in) / pti_max(out, in);    /* 1 - F(1/eta) = (1 - F(eta)) / eta^2 */
 }
@@ -3168,7 +3187,7 @@ static float pti_glass_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
         p *= F; one *= F;
         part = 1 - part;
     } else p = pti_glass_through_eval(l, wi, &one);
-    ms = lost * pti_lost_eval(l, table, pti_albedo_mean_at(table, l->row), wi, &q);
+    ms = lost * pti_lost_eval(l, table, pti_albedo_mean_at(table, l->table_roughness), wi, &q);
     *f = pti_scale(back ? l->color : l->through, (one + part * ms) * (back ? 1 : 1 / (l->eta * l->eta)));
     return (1 - lost) * p + lost * part * q;
 }
@@ -3338,7 +3357,7 @@ typedef struct pti_material {
     pt_bsdf_vtable vtable;                               /* PT_BSDF_USER */
     const struct pti_material *all;                      /* the scene's, set at commit like all that follow */
     const pti_texture *textures;
-    const pti_albedo *mirror, *glass, *gloss, *coat, *fuzz;        /* NULL where nothing asks them */
+    const pti_albedo *mirror, *dielectric, *coat, *fuzz; /* NULL where nothing asks them */
     float fresnel_mean;                                  /* of a smooth face of index ior */
     int emits, two_sided;                                /* of a mix: if one of its parts does, or is */
     int glows;                                           /* emits one colour, and does nothing else that matters there */
@@ -3474,24 +3493,28 @@ static pti_lobe *pti_add_lobe(pti_shading *s, pti_lobe_kind kind, pt_vec3 color,
 /* The table of a rough lobe, and what it tells for wo. */
 static void pti_lobe_rough(pti_lobe *l, const pti_albedo *a, float roughness) {
     int side = l->kind == PTI_GLASS && l->inside;
+    float sum[2];
     l->albedo = a;
-    l->row = roughness * (PTI_ALBEDO - 1);
-    l->e = pti_lobe_albedo(l, &a->total[side], l->wo);
-    l->e_mean = pti_albedo_mean_at(&a->total[side], l->row);
+    l->table_roughness = roughness;
+    l->e = pti_albedo_at(&a->total[side], l->wo.z, pti_albedo_row(a, roughness, l->wo));
+    l->e_mean = pti_albedo_mean_at(&a->total[side], roughness);
+    if (l->ax == l->ay || a->ax > 0) return;             /* else texture or callback made the roughness: no table has E */
+    pti_albedo_integrate(l->wo, l->ax, l->ay, l->kind == PTI_GLASS ? l->eta : 0.0f, 24, 16, sum);
+    l->e = sum[1];
 }
 static int pti_smooth(float roughness) { return roughness * roughness < PTI_LEAST_ALPHA; }
 static float pti_roughest(const pt_material_desc *d) { return pti_max(d->roughness, d->roughness_y); }
 /* The isotropic roughness that stands for one that differs along x and y, where no table knows that one: alpha^2 is the mean
-   of both. What is lost and given back then differs by percents where they differ much. */
+   of both. Lost light then comes back in that one's shape; how much is known better, see pti_lobe_rough. */
 static float pti_mean_roughness(float rx, float ry) {
     float x = rx * rx, y = ry * ry;
     return ry > 0 && ry != rx ? sqrtf(sqrtf((x * x + y * y) / 2)) : rx;
 }
 
-static void pti_shade_diffuse(pti_shading *s, float rough, float shared) {
+static void pti_shade_diffuse(pti_shading *s, float rough) {
     pt_vec3 color = pti_mul(s->weight, s->d->color);
-    float through = s->d->translucency, share = pti_luminance(color) * shared;
-    pti_lobe *l = pti_add_lobe(s, rough > 0 ? PTI_DIFFUSE : PTI_LAMBERT, pti_scale(rough > 0 ? s->weight : color, 1 - through),
+    float through = s->d->translucency, share = pti_luminance(color);
+    pti_lobe *l = pti_add_lobe(s, rough > 0 || s->frame.albedo ? PTI_DIFFUSE : PTI_LAMBERT, pti_scale(rough > 0 ? s->weight : color, 1 - through),
                                share * (1 - through));
     if (l) { l->rough = rough; l->r0 = s->d->color; }
     pti_add_lobe(s, PTI_THROUGH, pti_scale(color, through), share * through);
@@ -3517,17 +3540,25 @@ static void pti_shade_glass(pti_shading *s, pt_vec3 weight, pt_vec3 reflected, p
     if (!l) return;
     l->through = pti_mul(weight, through);
     if (kind == PTI_GLASS) s->surface->squeeze = l->eta * l->eta;
-    if (!smooth) pti_lobe_rough(l, d->thin ? s->m->mirror : s->m->glass, pti_mean_roughness(d->roughness, d->roughness_y));
+    if (!smooth) pti_lobe_rough(l, d->thin ? s->m->mirror : s->m->dielectric, pti_mean_roughness(d->roughness, d->roughness_y));
     if (kind == PTI_THIN) l->fresnel_mean = s->m->fresnel_mean;
+}
+/* What a clear layer reflects, seen from wo. Below an index of 1 there is a step, at the critical angle, that a table blurs. */
+static float pti_layer_albedo(const pti_albedo *a, pt_vec3 wo, float eta, float rx, float ry) {
+    float ax = pti_alpha(rx), ay = ry > 0 ? pti_alpha(ry) : ax, sum[2], cos_t;
+    if (pti_smooth(pti_max(rx, ry))) return pti_fresnel(pti_min(wo.z, 1), eta, &cos_t);
+    if (eta > 1 && (ax == ay || a->ax > 0))
+        return pti_albedo_at(&a->reflected, wo.z, pti_albedo_row(a, rx, wo));
+    pti_albedo_integrate(wo, ax, ay, eta, eta > 1 ? 16 : 32, eta > 1 ? 16 : 64, sum);
+    return sum[0];
 }
 /* A clear layer: the coat, or the gloss of a dielectric. Returns how much of the light it keeps from what lies below. */
 static float pti_shade_layer(pti_shading *s, float amount, float eta, const pti_albedo *a, float rx, float ry) {
-    float row = pti_mean_roughness(rx, ry) * (PTI_ALBEDO - 1), e, cos_t;
-    int smooth = pti_smooth(pti_max(rx, ry));
     pti_lobe *l;
+    float e;
     if (!(amount > 0) || eta == 1 || !a) return 0;
-    e = amount * (smooth ? pti_fresnel(pti_min(s->frame.wo.z, 1), eta, &cos_t) : pti_albedo_at(&a->reflected, s->frame.wo.z, row));
-    l = pti_add_lobe(s, smooth ? PTI_GLOSS : PTI_COAT, pti_scale(s->weight, amount),
+    e = amount * pti_layer_albedo(a, s->frame.wo, eta, rx, ry);
+    l = pti_add_lobe(s, pti_smooth(pti_max(rx, ry)) ? PTI_GLOSS : PTI_COAT, pti_scale(s->weight, amount),
                      pti_luminance(s->weight) * e);
     if (!l) return e;
     l->eta = eta;
@@ -3540,17 +3571,30 @@ static void pti_shade_fuzz(pti_shading *s) {
     float e;
     pti_lobe *l;
     if (!(d->sheen > 0) || !s->m->fuzz) return;
-    e = d->sheen * pti_albedo_at(&s->m->fuzz->reflected, s->frame.wo.z, d->sheen_roughness * (PTI_ALBEDO - 1));
+    e = d->sheen * pti_albedo_at(&s->m->fuzz->reflected, s->frame.wo.z,
+                                 pti_albedo_row(s->m->fuzz, d->sheen_roughness, s->frame.wo));
     l = pti_add_lobe(s, PTI_FUZZ, pti_scale(pti_mul(s->weight, d->sheen_color), d->sheen), pti_luminance(s->weight) * e);
     if (l) l->ax = pti_max(pti_alpha(d->sheen_roughness), PTI_LEAST_FUZZ);
     s->weight = pti_scale(s->weight, 1 - e * pti_largest(d->sheen_color));
+}
+/* What the ground has to know of the gloss above it, to let light out as it was let in. */
+static void pti_shade_below_gloss(pti_shading *s) {
+    const pt_material_desc *d = s->d;
+    pti_lobe *l = &s->frame;
+    float mean;
+    l->albedo = s->m->dielectric;
+    l->table_roughness = pti_mean_roughness(d->roughness, d->roughness_y);
+    l->cover = d->specular;
+    l->eta = d->ior;
+    l->fresnel_mean = pti_smooth(pti_roughest(d)) ? s->m->fresnel_mean : 0.0f;
+    mean = l->fresnel_mean > 0 ? l->fresnel_mean : pti_albedo_mean_at(&l->albedo->reflected, l->table_roughness);
+    l->e_mean = pti_max(1 - d->specular * mean, 1e-6f);
 }
 static void pti_shade_principled(pti_shading *s) {
     const pt_material_desc *d = s->d;
     pt_vec3 white = pt_v3(1, 1, 1), none = pt_v3(0, 0, 0);
     int within = s->frame.inside && d->transmission > 0 && !d->thin;     /* fuzz and coat are outside */
     float e;
-    int first;
     if (!within) {
         pti_shade_fuzz(s);
         e = pti_shade_layer(s, d->coat, d->coat_ior, s->m->coat, d->coat_roughness, 0);
@@ -3560,23 +3604,10 @@ static void pti_shade_principled(pti_shading *s) {
     s->weight = pti_scale(s->weight, 1 - d->metallic);
     pti_shade_glass(s, pti_scale(s->weight, d->transmission), white, d->color);
     s->weight = pti_scale(s->weight, 1 - d->transmission);
-    e = pti_shade_layer(s, d->specular, d->ior, s->m->gloss, d->roughness, d->roughness_y);
-    first = s->surface->count;
-    pti_shade_diffuse(s, 0, 1 - e);
-    if (!(e > 0)) return;
-    for (; first < s->surface->count; first++) {         /* what is below the gloss */
-        pti_lobe *l = s->surface->lobes + first;
-        l->color = pti_scale(l->color, 1 - e);
-        l->through = pti_scale(l->through, 1 - e);
-        if (l->kind == PTI_LAMBERT) l->kind = PTI_DIFFUSE;
-        l->albedo = s->m->gloss;
-        l->row = pti_mean_roughness(d->roughness, d->roughness_y) * (PTI_ALBEDO - 1);
-        l->cover = d->specular;
-        l->eta = d->ior;
-        l->fresnel_mean = pti_smooth(pti_roughest(d)) ? s->m->fresnel_mean : 0.0f;
-        l->e_mean = l->fresnel_mean > 0 ? l->fresnel_mean : pti_albedo_mean_at(&l->albedo->reflected, l->row);
-        l->e_mean = pti_max(1 - d->specular * l->e_mean, 1e-6f);
-    }
+    e = pti_shade_layer(s, d->specular, d->ior, s->m->dielectric, d->roughness, d->roughness_y);
+    if (e > 0) pti_shade_below_gloss(s);
+    s->weight = pti_scale(s->weight, 1 - e);
+    pti_shade_diffuse(s, 0);
 }
 
 /* Cauchy's n = A + B / lambda^2, with the index at the helium line d and Abbe's number (n_d - 1) / (n_F - n_C) between the
@@ -3644,7 +3675,7 @@ static void pti_material_lobes(const pti_material *m, const pt_vertex *x, pt_vec
         l = pti_add_lobe(&s, PTI_USER_LOBE, s.weight, pti_luminance(s.weight));
         if (l) { l->vtable = &m->vtable; l->user = m->desc.user; }
         break;
-    default: pti_shade_diffuse(&s, s.d->roughness, 1);
+    default: pti_shade_diffuse(&s, s.d->roughness);
     }
 }
 /* All of it, shares adding up to 1. */
@@ -3755,7 +3786,7 @@ static float pti_emitter_cone(const pti_emitter *e, pt_vec3 axis) {
     return s2 < 1 ? s2 / (1 + sqrtf(1 - s2)) : 2.0f;
 }
 static int pti_emitter_draw(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
-    pt_vec3 c[3], axis, t, b;
+    pt_vec3 c[3], axis;
     pti_rect r;
     float S;
     if (!pti_emitter_faces(e, p)) return 0;
@@ -3772,10 +3803,7 @@ static int pti_emitter_draw(const pti_emitter *e, pt_vec3 p, float u, float v, p
         return 1;
     default:
         axis = pti_sub(e->p, p);
-        S = pti_emitter_cone(e, axis);
-        axis = pti_normalize(axis);
-        pti_basis(axis, &t, &b);
-        *wi = pti_normalize(pti_to_world(t, b, axis, pti_sample_cone(S, u, v)));
+        *wi = pti_sample_cone_about(pti_normalize(axis), pti_emitter_cone(e, axis), u, v);
         return 1;
     }
 }
@@ -3791,10 +3819,9 @@ static float pti_emitter_distance(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
     return pti_max(pti_dot(e->e2, q) / det, 0);
 }
 static int pti_emitter_in_cone(const pti_emitter *e, pt_vec3 p, pt_vec3 wi, float *one_minus_cos) {
-    pt_vec3 axis = pti_sub(e->p, p), d;
+    pt_vec3 axis = pti_sub(e->p, p);
     *one_minus_cos = pti_emitter_cone(e, axis);
-    d = pti_sub(wi, pti_normalize(axis));                /* |d|^2 = 2 (1 - cos) */
-    return *one_minus_cos >= 2 || pti_dot(d, d) <= 2 * *one_minus_cos;
+    return pti_in_cone(pti_normalize(axis), *one_minus_cos, wi);
 }
 /* A direction is made of floats: on the rim, rounding takes some to where the density is 0. Those are lost; were they
    kept, what they find would count 1 / p_bsdf instead of S. That is a bias, and the price of floats: nothing to see on most
@@ -3964,14 +3991,9 @@ static pti_sun pti_sun_of(pt_vec3 axis, float radius_deg, pt_vec3 irradiance) {
 static float pti_sun_irradiance(const pti_sun *s) {
     return PTI_PI * s->one_minus_cos * (2 - s->one_minus_cos) * pti_luminance(s->radiance);
 }
-static int pti_sun_holds(const pti_sun *s, pt_vec3 wi) {
-    pt_vec3 d = pti_sub(wi, s->axis);
-    return pti_dot(d, d) <= 2 * s->one_minus_cos;
-}
+static int pti_sun_holds(const pti_sun *s, pt_vec3 wi) { return pti_in_cone(s->axis, s->one_minus_cos, wi); }
 static int pti_sun_sample(const pti_sun *s, float u, float v, pt_vec3 *wi) {   /* 0: rounded out of the disk */
-    pt_vec3 t, b;
-    pti_basis(s->axis, &t, &b);
-    *wi = pti_normalize(pti_to_world(t, b, s->axis, pti_sample_cone(s->one_minus_cos, u, v)));
+    *wi = pti_sample_cone_about(s->axis, s->one_minus_cos, u, v);
     return pti_sun_holds(s, *wi);
 }
 static float pti_sun_pdf(const pti_sun *s, pt_vec3 wi) {
@@ -4149,8 +4171,8 @@ typedef struct pti_environment {
     void *user;
     float sine, cosine;                                  /* of the rotation */
     float mean;                                          /* luminance over the sphere */
-    float irradiance;                                    /* luminance of what falls on a surface, map and suns, all of it but
-                                                            a constant environment's */
+    float irradiance;                                    /* luminance of what falls on a surface, map and suns; 0 of a constant
+                                                            environment, whose density has nothing to draw */
     float share;                                         /* of the map in the density */
     pti_table2 table;
     pti_sun *suns;  size_t sun_count, sun_capacity;
@@ -4195,14 +4217,14 @@ static float pti_environment_pdf_map(const pti_environment *e, pt_vec3 wi) {   /
     pti_direction_to_uv(pti_environment_turn(e, wi, -1), &u, &v);
     return pti_pdf_table2(&e->table, u, v) / (2 * PTI_PI * PTI_PI * sine);
 }
-/* u decides for a part, and is stretched to be whole again. */
-static int pti_environment_sample(const pti_environment *e, float u, float v, pt_vec3 *wi) {
+/* u decides for a part first. */
+static int pti_environment_sample(const pti_environment *e, uint32_t u, float v, pt_vec3 *wi) {
     const pti_sun *s = e->suns;
-    size_t left = e->sun_count;
-    if (left == 0) return pti_environment_sample_map(e, u, v, wi);
-    if (u < e->share) return pti_environment_sample_map(e, pti_min(u / e->share, PTI_BELOW_1), v, wi);
-    for (u -= e->share; left > 1 && u >= s->share; left--) u -= (s++)->share;
-    return pti_sun_sample(s, s->share > 0 ? pti_min(u / s->share, PTI_BELOW_1) : u, v, wi);
+    float left = 1 - e->share;
+    size_t i;
+    if (e->sun_count == 0 || pti_split(&u, e->share)) return pti_environment_sample_map(e, pti_u01(u), v, wi);
+    for (i = 1; i < e->sun_count && !pti_split(&u, s->share / left); i++) left -= (s++)->share;
+    return pti_sun_sample(s, pti_u01(u), v, wi);
 }
 static float pti_environment_pdf(const pti_environment *e, pt_vec3 wi) {
     float p = e->share > 0 ? e->share * pti_environment_pdf_map(e, wi) : 0.0f;
@@ -4210,8 +4232,6 @@ static float pti_environment_pdf(const pti_environment *e, pt_vec3 wi) {
     for (i = 0; i < e->sun_count; i++) p += e->suns[i].share * pti_sun_pdf(e->suns + i, wi);
     return p;
 }
-/* An estimate of the light that falls on a surface out there, per unit area; 0 if the density has nothing to draw. */
-static float pti_environment_irradiance(const pti_environment *e) { return e->irradiance; }
 
 /* Luminance of a cell, never 0 where the bilinear map is not: a tent over 3 x 3 points, from border to border. */
 static float pti_environment_cell(const pti_environment *e, int x, int y) {
@@ -5278,7 +5298,7 @@ static int pti_material_tables(pt_scene *s, pti_material *m) {
     int any = d->shade != NULL, varied = any || d->roughness_texture.id || d->roughness_y_texture.id;
     int rough = varied || !pti_smooth(pti_roughest(d)), principled = d->bsdf == PT_BSDF_PRINCIPLED;
     int dielectric = d->bsdf == PT_BSDF_DIELECTRIC;
-    int glass = (dielectric && (any || !d->thin)) || (principled && (any || d->transmission > 0 || d->transmission_texture.id));
+    int glass = dielectric && (any || !d->thin);
     int metal = d->bsdf == PT_BSDF_CONDUCTOR || (dielectric && (any || d->thin)) || (principled && (any || d->metallic > 0
         || d->metallic_texture.id || d->thin));
     float ax = 0, ay = 0;
@@ -5288,8 +5308,7 @@ static int pti_material_tables(pt_scene *s, pti_material *m) {
     }
     m->fresnel_mean = pti_fresnel_mean(d->ior);
     if (metal && rough && !(m->mirror = pti_scene_albedo(s, 0, ax, ay))) return 0;
-    if (glass && rough && !(m->glass = pti_scene_albedo(s, d->ior, ax, ay))) return 0;
-    if (principled && !(m->gloss = pti_scene_albedo(s, d->ior, 0, 0))) return 0;
+    if ((principled || (glass && rough)) && !(m->dielectric = pti_scene_albedo(s, d->ior, ax, ay))) return 0;
     if (principled && (any || d->coat > 0 || d->coat_texture.id) && !(m->coat = pti_scene_albedo(s, d->coat_ior, 0, 0)))
         return 0;
     if (principled && (any || d->sheen > 0 || d->sheen_texture.id) && !(m->fuzz = pti_scene_albedo(s, -1, 0, 0))) return 0;
@@ -5380,7 +5399,7 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     if (surface->delta > 0.999f) return mix;             /* deltas only */
     mix.origin = pti_spawn(surface->x, surface->x->wo);
     from_lights = pti_lights_irradiance(&s->lights, mix.origin);
-    from_sky = pti_environment_irradiance(&s->environment);
+    from_sky = s->environment.irradiance;
     if (automatic) {                                     /* half for the BSDF, which bounds f / p; half for the light */
         rest = from_lights + from_sky;
         if (rest > 0) { mix.lights = 0.5f * from_lights / rest; mix.environment = 0.5f * from_sky / rest; }
@@ -5450,7 +5469,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     } else if (m->lights > 0 && pti_split(&u, m->lights / others)) {
         drawn = pti_lights_sample(&s->lights, m->origin, among, pti_u01(u), pti_u01(v), &step->wi);
     } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
-        drawn = m->environment > 0 && pti_environment_sample(&s->environment, pti_u01(u), pti_u01(v), &step->wi);
+        drawn = m->environment > 0 && pti_environment_sample(&s->environment, u, pti_u01(v), &step->wi);
     } else {
         uv[0] = pti_u01(u); uv[1] = pti_u01(v);
         drawn = pti_mixture_sample_user(m, &among, uv, &step->wi);
@@ -5571,9 +5590,10 @@ typedef struct pti_lens_point {
     float wavelength;                                    /* nm; 0 = white, which aberration leaves alone */
 } pti_lens_point;
 
+static pt_vec3 pti_up_or_y(pt_vec3 up) { return pti_is_zero3(up) ? pt_v3(0, 1, 0) : up; }
 static void pti_lens_place(pti_lens *l, pt_vec3 eye, pt_vec3 target, pt_vec3 up) {
     pt_vec3 view = pti_sub(target, eye);
-    up = pti_is_zero3(up) ? pt_v3(0, 1, 0) : pti_normalize(up);
+    up = pti_normalize(pti_up_or_y(up));
     l->eye = eye;
     l->forward = pti_is_zero3(view) ? pt_v3(0, 0, -1) : pti_normalize(view);
     l->right = pti_normalize(pti_cross(l->forward, up));
@@ -5595,7 +5615,7 @@ static pti_lens pti_lens_make(const pt_camera *c, int width, int height) {
     l.aspect = (float)width / (float)height;
     pti_sincos(angle, &sine, &cosine);
     l.half_height = l.slope = sine / cosine;
-    l.half_width = l.half_height * (float)width / (float)height;
+    l.half_width = l.half_height * l.aspect;
     if (c->projection == PT_CAMERA_FISHEYE) {            /* the circle's radius is 1 */
         l.half_width = pti_max(l.aspect, 1);
         l.half_height = pti_max(1 / l.aspect, 1);
@@ -5604,7 +5624,6 @@ static pti_lens pti_lens_make(const pt_camera *c, int width, int height) {
     return l;
 }
 static pt_vec3 pti_between(pt_vec3 a, pt_vec3 b, float t) { return pti_madd(a, 1 - t, pti_scale(b, t)); }
-static pt_vec3 pti_up_or_y(pt_vec3 up) { return pti_is_zero3(up) ? pt_v3(0, 1, 0) : up; }
 static pti_lens pti_lens_at(const pti_lens *l, float shutter) {      /* of a moving camera */
     const pt_camera *c = &l->camera;
     pti_lens at = *l;
@@ -6686,11 +6705,7 @@ static void pti_png_code_lengths(pti_png *z) {
     for (i = 0; i < n; i++) z->length[order[i]] = depth[i];
 }
 /* The code that follows from the lengths: shorter ones first, among equals by symbol (RFC 1951, 3.2.2). */
-static uint16_t pti_png_reverse(uint32_t code, int length) {
-    uint32_t r = 0;
-    for (; length > 0; length--, code >>= 1) r = r << 1 | (code & 1);
-    return (uint16_t)r;
-}
+static uint16_t pti_png_reverse(uint32_t code, int length) { return (uint16_t)(pti_reverse_bits(code) >> (32 - length)); }
 static void pti_png_codes(pti_png *z) {
     uint32_t next = 0;
     int length, s;
@@ -7092,9 +7107,14 @@ static int pti_pfm_header(pti_input *in, pti_pnm *h) {
     h->big_endian = scale > 0;
     return pti_pnm_begin_pixels(in, h, "scale");
 }
+static uint64_t pti_bits_of_bytes(const uint8_t *p, int n, int big_endian) {
+    uint64_t bits = 0;
+    int i;
+    for (i = 0; i < n; i++) bits = bits << 8 | p[big_endian ? i : n - 1 - i];
+    return bits;
+}
 static float pti_float_of_bytes(const uint8_t *p, int big_endian) {
-    uint32_t bits = big_endian ? (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3]
-                               : (uint32_t)p[3] << 24 | (uint32_t)p[2] << 16 | (uint32_t)p[1] << 8 | p[0];
+    uint32_t bits = (uint32_t)pti_bits_of_bytes(p, 4, big_endian);
     float x;
     memcpy(&x, &bits, sizeof x);
     return x;
@@ -7306,13 +7326,6 @@ static int pti_hdr_check(pti_input in, const pti_hdr *h) {
     if ((uint64_t)h->lines * h->length / 4096 > pti_input_left(&in)) return pti_refuse_size(&in, h->length, h->lines);
     for (i = 0; i < h->lines; i++) if (!pti_hdr_scanline(&in, NULL, h->length)) return 0;
     return 1;
-}
-/* XYZ to linear RGB with Rec. 709 primaries and a D65 white. */
-static void pti_rgb_of_xyz(double v[3]) {
-    double x = v[0], y = v[1], z = v[2];
-    v[0] =  3.2404541621141054 * x - 1.5371385127977166 * y - 0.4985314095560162 * z;
-    v[1] = -0.9692660305051868 * x + 1.8760108454466942 * y + 0.0415560175303498 * z;
-    v[2] =  0.0556434309591147 * x - 0.2040259135167538 * y + 1.0572251882231791 * z;
 }
 static void pti_hdr_pixel(const pti_hdr *h, const uint8_t *p, size_t n, float *out) {
     const double most = (double)FLT_MAX;
@@ -8564,14 +8577,11 @@ static const char *pti_ply_name(pti_ply_kind kind) {
     return kind == PTI_PLY_VERTEX ? "vertex" : kind == PTI_PLY_FACE ? "face" : kind == PTI_PLY_STRIP ? "strip" : "row";
 }
 static double pti_ply_number(const uint8_t *p, int type, int big_endian) {
-    int n = pti_ply_size[type], i;
-    uint64_t bits = 0;
-    uint32_t half;
+    int n = pti_ply_size[type];
+    uint64_t bits = pti_bits_of_bytes(p, n, big_endian);
     double d;
-    float f;
-    for (i = 0; i < n; i++) bits = bits << 8 | p[big_endian ? i : n - 1 - i];
     switch (type) {
-    case PTI_PLY_F32: half = (uint32_t)bits; memcpy(&f, &half, sizeof f); return (double)f;
+    case PTI_PLY_F32: return (double)pti_float_of_bytes(p, big_endian);
     case PTI_PLY_F64: memcpy(&d, &bits, sizeof d); return d;
     case PTI_PLY_I8: case PTI_PLY_I16: case PTI_PLY_I32:
         return (double)bits - (bits >> (8 * n - 1) ? (double)((uint64_t)1 << 8 * n) : 0);
