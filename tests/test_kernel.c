@@ -49,6 +49,12 @@ static pt_ray odd_ray(pt_rng *r, v3 center, double size) {
 
 /* ---- whole traversals ---- */
 
+static void trace_both(const pt_scene *s, int k, const pti_ray *p, float tmax, pti_hit *nearest, pti_hit *any) {
+    pti_hit_init(nearest, tmax); pti_hit_init(any, tmax);
+    pti_trace_for(all_kernels[k].isa)(&s->geometry, p, nearest, 0);
+    pti_trace_for(all_kernels[k].isa)(&s->geometry, p, any, 1);
+}
+
 static void compare_traces(const pt_scene *s, v3 center, double size, int n, pt_rng *r) {
     int k, wrong[KERNELS] = { 0 }, hits = 0, i = n;
     while (i--) {
@@ -59,9 +65,7 @@ static void compare_traces(const pt_scene *s, v3 center, double size, int n, pt_
         for (k = 0; k < KERNELS; k++) {
             pti_hit hit, any;
             if (!there[k]) continue;
-            pti_hit_init(&hit, ray.tmax); pti_hit_init(&any, ray.tmax);
-            pti_trace_for(all_kernels[k].isa)(&s->geometry, &p, &hit, 0);
-            pti_trace_for(all_kernels[k].isa)(&s->geometry, &p, &any, 1);
+            trace_both(s, k, &p, ray.tmax, &hit, &any);
             if (k == 0) { first[0] = hit; first[1] = any; hits += hit.found; }
             wrong[k] += !same_hit(&first[0], &hit) || first[1].found != any.found || any.found != hit.found;
         }
@@ -340,9 +344,7 @@ static void moving_instances_match_brute_force(void) {
         for (k = 0; k < KERNELS; k++) {
             pti_hit hit, any;
             if (!there[k]) continue;
-            pti_hit_init(&hit, ray.tmax); pti_hit_init(&any, ray.tmax);
-            pti_trace_for(all_kernels[k].isa)(&s->geometry, &p, &hit, 0);
-            pti_trace_for(all_kernels[k].isa)(&s->geometry, &p, &any, 1);
+            trace_both(s, k, &p, ray.tmax, &hit, &any);
             wrong += !same_hit(&want, &hit) || any.found != want.found;
         }
         pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, time < 0.5f ? 0.75f : 0.25f);

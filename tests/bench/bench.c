@@ -5,20 +5,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/time.h>
+#include "timing.h"
 
 enum { SIZE = 512, SPP = 64, DEPTH = 8, THREADS = 2, RUNS = 3 };
-
-static double now(void) {
-    struct timeval t;
-    gettimeofday(&t, NULL);
-    return (double)t.tv_sec + 1e-6 * (double)t.tv_usec;
-}
-static int ascending(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-static double median(double *t) { qsort(t, RUNS, sizeof *t, ascending); return t[RUNS / 2]; }
 
 static void time_render(const char *name, const pt_scene *s, pt_camera camera, const char *picture) {
     double seconds[RUNS];
@@ -34,7 +23,7 @@ static void time_render(const char *name, const pt_scene *s, pt_camera camera, c
         if (i == 0) pt_write_ppm(picture, pt_render_pixels(r), SIZE, SIZE, NULL);
         pt_render_destroy(r);
     }
-    printf("%-34s %7.2f s %8.2f M rays/s %7.2f M paths/s   %.1f rays a path\n", name, median(seconds),
+    printf("%-34s %7.2f s %8.2f M rays/s %7.2f M paths/s   %.1f rays a path\n", name, median(seconds, RUNS),
            (double)stats.rays / seconds[RUNS / 2] * 1e-6, (double)stats.paths / seconds[RUNS / 2] * 1e-6,
            (double)stats.rays / (double)stats.paths);
     fflush(stdout);
@@ -111,8 +100,8 @@ static void bench_mesh(const char *name, const char *obj, const char *hdr, const
     s = mesh_scene(&mesh, &map);
     if (pt_scene_commit(s) == PT_OK) time_render(name, s, camera, picture);
     else printf("%s: %s\n", name, pt_scene_error(s));
-    printf("%-34s %7.3f s %8.1f MB/s\n", "  OBJ reading", median(reads), megabytes / reads[RUNS / 2]);
-    printf("%-34s %7.3f s %8.0f ns a triangle, one thread (%lu triangles)\n", "  tree building", median(builds),
+    printf("%-34s %7.3f s %8.1f MB/s\n", "  OBJ reading", median(reads, RUNS), megabytes / reads[RUNS / 2]);
+    printf("%-34s %7.3f s %8.0f ns a triangle, one thread (%lu triangles)\n", "  tree building", median(builds, RUNS),
            builds[RUNS / 2] / (double)(mesh.index_count / 3) * 1e9, (unsigned long)(mesh.index_count / 3));
     pt_scene_destroy(s);
     pt_mesh_free(&mesh);

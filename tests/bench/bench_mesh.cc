@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/time.h>
+#include "timing.h"
 #ifdef BENCH_TINYOBJ
 #define TINYOBJLOADER_IMPLEMENTATION
 #include <tiny_obj_loader.h>
@@ -19,15 +19,6 @@
 
 enum { RUNS = 5 };
 
-static double now() {
-    struct timeval t;
-    gettimeofday(&t, NULL);
-    return (double)t.tv_sec + 1e-6 * (double)t.tv_usec;
-}
-static int ascending(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 // Each reader returns the number of triangles that it found.
 static size_t read_ours(const char *path) {
     pt_mesh m = {};
@@ -83,8 +74,8 @@ static void time_reader(const char *name, const char *path, size_t (*reader)(con
         triangles = reader(path);
         seconds[i] = now() - start;
     }
-    qsort(seconds, RUNS, sizeof seconds[0], ascending);
-    printf("  %-44s %8.4f s %8.1f MB/s   %lu triangles\n", name, seconds[RUNS / 2], (double)size * 1e-6 / seconds[RUNS / 2],
+    start = median(seconds, RUNS);
+    printf("  %-44s %8.4f s %8.1f MB/s   %lu triangles\n", name, start, (double)size * 1e-6 / start,
            (unsigned long)triangles);
     fflush(stdout);
 }
