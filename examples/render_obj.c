@@ -26,7 +26,7 @@ static const char help[] =
     "\n"
     "picture\n"
     "  --out FILE         .png or .ppm (8 bits, sRGB), .hdr (Radiance) or .pfm\n"
-    "                     (exact floats)                                                 [render.ppm]\n"
+    "                     (exact floats)                                                 [render.png]\n"
     "  --size WxH         pixels, each side 1 to 16384, at most 67108864 in all          [512x512]\n"
     "  --spp N            samples a pixel, 1 to 1000000; four times as many halve the\n"
     "                     noise                                                          [64]\n"
@@ -186,7 +186,7 @@ static options parse_options(int argc, char **argv) {
     static const char *const with_value[] = { "--out", "--env", "--material", "--size", "--color", "--seed", "--spp", "--depth",
         "--threads", "--exposure", "--curve", "--fov", "--azimuth", "--elevation", "--rotate-env", "--roughness",
         "--patches", "--smooth" };
-    options o = { .out = "render.ppm", .roughness = -1, .width = 512, .height = 512, .spp = 64, .depth = 16,
+    options o = { .out = "render.png", .roughness = -1, .width = 512, .height = 512, .spp = 64, .depth = 16,
         .fov = 30, .azimuth = 30, .elevation = 20 };
     size_t k, count = sizeof with_value / sizeof *with_value;
     int i;
