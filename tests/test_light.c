@@ -83,10 +83,11 @@ static void tiny_flat_emitters(void) {
     int i, k;
     for (i = 0; i < 3; i++) for (k = 0; k < 2; k++) {
         pti_emitter e = k ? some_rect(0) : some_triangle(0);
-        double tiny = k ? (double)PTI_TINY_RECT : (double)PTI_TINY_TRIANGLE, cosine = 0.8, distance = sqrt(e.area * cosine / (tiny * ratio[i]));
+        double tiny = k ? (double)PTI_TINY_RECT : (double)PTI_TINY_TRIANGLE, cosine = 0.8, distance = sqrt(pti_emitter_area(&e) * cosine / (tiny * ratio[i]));
         pt_vec3 middle = pti_madd(pti_add(e.e1, e.e2), k ? 0.5f : 1 / 3.0f, e.p), c[3];
         pt_vec3 p = pti_madd(pt_v3(0.6f, 0, 0.8f), (float)distance, middle);
-        pti_rect r = pti_rect_seen_from(&e.frame, pti_sub(e.p, p));
+        pti_rect_frame frame = pti_rect_frame_of(e.e1, e.e2);
+        pti_rect r = pti_rect_seen_from(&frame, pti_sub(e.p, p));
         double S = k ? pti_rect_solid_angle(&r) : pti_emitter_triangle_angle(&e, p, c);
         CHECK((S < tiny) == (ratio[i] < 1));
         check_emitter(k ? "tiny rectangle" : "tiny triangle", e, p, 0.02, k ? 0.01 : 0.004);
@@ -163,14 +164,14 @@ static void densities_in_double(void) {
 
 /* ---- the light tree ---- */
 
-typedef struct forest { const pti_lights *l; pt_vec3 p; double total; int lost; } forest;
+typedef struct forest { const pti_lights *l; pti_receiver at; double total; int lost; } forest;
 static int forest_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
     forest *f = (forest *)ctx;
     int tries;
     for (tries = 0; tries < 100; tries++) {
         uint32_t choice = pt_rng_u32(rng);
         float u = pt_rng_float(rng), v = pt_rng_float(rng);
-        if (pti_lights_sample(f->l, f->p, choice, u, v, wi)) return 1;
+        if (pti_lights_sample(f->l, &f->at, choice, u, v, wi)) return 1;
         f->lost++;
         if (f->total < 1 - 1e-9) return 0;               /* this was no loss on a rim */
     }
@@ -178,20 +179,22 @@ static int forest_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
 }
 static double forest_pdf(void *ctx, pt_vec3 wi) {
     const forest *f = (const forest *)ctx;
-    return pti_lights_pdf(f->l, f->p, wi);
+    return pti_lights_pdf(f->l, &f->at, wi);
 }
 /* All leaves, no boxes: sum of P(leaf) p_leaf(wi), or with wi NULL the sum of P(leaf) over those that shine. */
-static double all_leaves(const pti_lights *l, uint32_t node, pt_vec3 p, const pt_vec3 *wi) {
-    const pti_light_node *n = l->nodes + node;
+static double all_leaves(const pti_lights *l, const pti_light_node *n, const pti_receiver *at, const pt_vec3 *wi) {
+    const pti_light_node *child = l->nodes + 2 * (size_t)n->child;
     float w;
-    if (n->left == n->right) {
-        const pti_emitter *e = l->emitters + n->left;
-        return wi ? pti_emitter_pdf(e, p, *wi) : pti_emitter_faces(e, p);
+    if (PTI_KIND(n->child) == PTI_LEAF) {
+        const pti_emitter *e = l->emitters + PTI_INDEX(n->child);
+        return wi ? pti_emitter_pdf(e, at->p, *wi) : pti_emitter_faces(e, at->p);
     }
-    w = pti_light_weight(l, n, p);
+    w = pti_light_weight(l, n, at);
     if (w < 0) return 0;
-    return (double)w * all_leaves(l, n->left, p, wi) + (1 - (double)w) * all_leaves(l, n->right, p, wi);
+    return (double)w * all_leaves(l, child, at, wi) + (1 - (double)w) * all_leaves(l, child + 1, at, wi);
 }
+static pti_receiver receiver_at(pt_vec3 p, pt_vec3 n) { pti_receiver r; r.p = p; r.n = n; return r; }
+static pti_receiver anywhere(pt_vec3 p) { return receiver_at(p, pt_v3(0, 0, 0)); }
 /* n lamps of all kinds, some behind each other, some within each other. */
 static pt_scene *lamps(int n, int two_sided) {
     pt_scene *s = pt_scene_create(NULL);
@@ -221,10 +224,10 @@ static void light_tree(void) {
             chi2_directions_desc d;
             forest f;
             memset(&d, 0, sizeof d);
-            f.l = &s->lights; f.p = pt_v3(from[k][0], from[k][1], from[k][2]); f.lost = 0;
-            f.total = all_leaves(f.l, 0, f.p, NULL);
+            f.l = &s->lights; f.at = anywhere(pt_v3(from[k][0], from[k][1], from[k][2])); f.lost = 0;
+            f.total = all_leaves(f.l, f.l->nodes, &f.at, NULL);
             test_case("%d lights, side %d, place %d, total %g", count[i], side, k, f.total);
-            if (f.total <= 0) { CHECK(pti_lights_pdf(f.l, f.p, pt_v3(0, 0, 1)) == 0); continue; }
+            if (f.total <= 0) { CHECK(pti_lights_pdf(f.l, &f.at, pt_v3(0, 0, 1)) == 0); continue; }
             d.sample = forest_sample; d.pdf = forest_pdf; d.ctx = &f;
             d.total = f.total; d.n = count[i] == 100 ? 4000 : 10000; d.tolerance = 0.006;
             d.ax = 0.3; d.ay = 0.9; d.az = 0.2;
@@ -244,16 +247,17 @@ static void every_emitter_counts(void) {
         for (k = 0; k < 3000; k++) {
             pt_vec3 p = pti_scale(stats_direction(&rng), 8 * pt_rng_float(&rng)), wi = stats_direction(&rng);
             float u = pt_rng_float(&rng), v = pt_rng_float(&rng);
+            pti_receiver at = anywhere(p);
             double want;
             size_t j;
             int here = 0;
-            if (k & 1 && !pti_lights_sample(&s->lights, p, pt_rng_u32(&rng), u, v, &wi)) continue;
-            want = all_leaves(&s->lights, 0, p, &wi);
+            if (k & 1 && !pti_lights_sample(&s->lights, &at, pt_rng_u32(&rng), u, v, &wi)) continue;
+            want = all_leaves(&s->lights, s->lights.nodes, &at, &wi);
             for (j = 0; j < s->lights.count; j++) here += pti_emitter_pdf(s->lights.emitters + j, p, wi) > 0;
             several += here > 1;
             none += here == 0;
             test_case("%d lights, case %d", count[i], k);
-            CHECK_NEAR(pti_lights_pdf(&s->lights, p, wi), want, 1e-5 * want);
+            CHECK_NEAR(pti_lights_pdf(&s->lights, &at, wi), want, 1e-5 * want);
         }
         pt_scene_destroy(s);
     }

@@ -188,18 +188,18 @@ static void density_less_what_is_lost(void) {
         }
         pt_scene_destroy(s);
     }
-    {   /* two lamps that look away share a branch of the tree: what that branch is given is lost */
+    {   /* two lamps to both sides that look away share a branch of the tree: what that branch is given is lost */
         pt_scene *s = pt_scene_create(NULL);
         mix_test t;
         test_case("lamps that look away");
         floor_of(s, 10, all_round(s));
-        quad(s, -3, 1, 0, 1, 0, 0, 0, 0, -1, lamp(s, 2, 0));           /* upwards */
-        quad(s, -4.5f, 1, 0, 1, 0, 0, 0, 0, -1, lamp(s, 2, 0));
-        quad(s, 3, 1, 0, 0, 0, -1, 1, 0, 0, lamp(s, 2, 0));            /* downwards */
+        quad(s, -1, 1, 0, 0, 0, 1, 0, 1, 0, lamp(s, 2, 0));            /* to the left */
+        quad(s, 1, 1, 0, 0, 1, 0, 0, 0, 1, lamp(s, 2, 0));             /* to the right */
+        quad(s, 8, 3, 0, 0, 0, -2, 2, 0, 0, lamp(s, 2, 0));            /* downwards */
         if (commit(s) && mix_at(&t, s, 0, 0, automatic)) {
             const pti_light_node *n = s->lights.nodes;
-            float left = pti_light_weight(&s->lights, n, t.x.p);
-            int left_is_leaf = s->lights.nodes[n->left].left == s->lights.nodes[n->left].right;
+            float left = pti_light_weight(&s->lights, n, &t.mix.receiver);
+            int left_is_leaf = PTI_KIND(s->lights.nodes[2 * n->child].child) == PTI_LEAF;
             double lost = t.mix.lights * (left_is_leaf ? 1 - left : left);
             CHECK(lost > 0.05);
             chi2_mixture(&t, 1 - lost, 5);
