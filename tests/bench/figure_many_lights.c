@@ -74,14 +74,14 @@ static void place(pt_rng *rng, pt_vec3 *p, pt_vec3 *n) {
 static void add_lamps(pt_scene *s, size_t count) {
     static const float colors[COLORS][3] = { { 1, .55f, .2f }, { 1, .8f, .5f }, { .5f, .75f, 1 }, { 1, .2f, .35f }, { .2f, 1, .7f }, { .6f, .3f, 1 } };
     pt_material lamp[COLORS * LEVELS];
-    float *v = (float *)malloc(count * 9 * sizeof *v), size = count > 1 ? 2.6f / sqrtf((float)count) : 1.5f, level = 1;
+    float *v = (float *)malloc(count * 9 * sizeof *v), size = count > 1 ? 9 / sqrtf((float)count) : 4.0f, level = 1;
     uint32_t *ids = (uint32_t *)malloc(count * sizeof *ids);
     pt_rng rng;
     size_t i;
     int k, c;
     if (!v || !ids) { free(v); free(ids); return; }
     for (k = 0; k < LEVELS; k++, level *= 2) for (c = 0; c < COLORS; c++)
-        lamp[k * COLORS + c] = pt_add_material(s, &(pt_material_desc){ .emission = { 20 * level * colors[c][0], 20 * level * colors[c][1], 20 * level * colors[c][2] } });
+        lamp[k * COLORS + c] = pt_add_material(s, &(pt_material_desc){ .emission = { 30 * level * colors[c][0], 30 * level * colors[c][1], 30 * level * colors[c][2] } });
     pt_rng_seed(&rng, 5, 5);
     for (i = 0; i < count; i++) {
         pt_vec3 p = { 0, 4, 4 }, n = { 0, -1, 0 };
@@ -114,7 +114,7 @@ static pt_scene *city(size_t lamps, pt_light_choice choose) {
 
 typedef struct run { double time; pt_stats stats; float *rgb; } run;
 static run render(const pt_scene *s, int width, int height, int spp, uint64_t seed) {
-    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = width, .height = height, .spp = spp, .max_depth = 3, .seed = seed,
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = width, .height = height, .spp = spp, .max_depth = 2, .seed = seed,
         .camera = { .eye = {-14, 34, 44}, .target = {1, 0, 2}, .vfov_deg = 40 } });
     size_t size = (size_t)width * (size_t)height * 3 * sizeof(float);
     run out = { 0, { 0, 0, 0, 0 }, NULL };
@@ -173,7 +173,7 @@ int main(int argc, char **argv) {
     int quick = argc > 1 && !strcmp(argv[1], "--quick"), i;
     settings q = { 160, 90, 16, 1600, 64 };
     if (quick) { q.width = 64; q.height = 36; q.spp = 4; q.reference = 400; q.picture = 0; }
-    printf("%d x %d pixels, %d samples a pixel, reference %d, at most 3 bounces; processor time\n", q.width, q.height, q.spp, q.reference);
+    printf("%d x %d pixels, %d samples a pixel, reference %d, direct light and one bounce; processor time\n", q.width, q.height, q.spp, q.reference);
     for (i = 0; i < (quick ? 3 : 4); i++) compare(counts[i], &q);
     return 0;
 }
