@@ -3860,22 +3860,24 @@ static float pti_emitter_pdf(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
     return d * d / (pti_emitter_area(e) * fabsf(pti_dot(wi, e->n)) + 1e-30f);
 }
 
-/* The light tree: a mixture of its two children, whose weights depend on where the path stands,
-       p(wi) = w p_left(wi) + (1 - w) p_right(wi),   w = I(left) / (I(left) + I(right)),
-   I being an estimate of the irradiance there (after Conty Estevez and Kulla 2018): for a box with centre c and lamps of
-   power Phi spread out in it, seen from p, where the surface has the normal n,
-       I = Phi / pi  e(p) r(p) / D^2,   D^2 = |c - p|^2 + radius^2 / 2.
-   r is the mean over the box of the cosine at p, the positive part of n . (x - p) / D; e that of the cosine at the lamps,
-   whose normals have the mean m:
-       e = (1 - |m|) / 4 + |m| mean of positive m/|m| . (p - x) / D,
-   since what shines every way alike sends a quarter of Phi / pi each way. I = 0 where the whole box is below the horizon
-   of p, where all its lamps face away, by the cone that holds their normals, and for a single lamp that does not face p.
+/* The light tree: a mixture of mixtures, whose weights depend on where the path stands. A node is split in two again and
+   again until it has eight children, and
+       p(wi) = sum_k w_k p_k(wi),   w_k = I_k / sum_j I_j,
+   I being an estimate of the irradiance from a child (after Conty Estevez and Kulla 2018; by comparing eight small boxes
+   instead of two large ones three times, a choice knows three times as far ahead). For a box with centre c whose diagonal is
+   two radii long, with lamps of power Phi in it, seen from p, where the surface has the normal n,
+       I = Phi / pi  e r / D^2,   D^2 = max(|c - p|^2, radius^2 / 4).
+   r is the cosine at p, that of the middle of what of the box is above p's horizon; e that at the lamps,
+       e = (1 - |m|) / 4 + |m| cos,
+   m being the mean of their normals, and cos the angle's to it, as above: what shines every way alike sends a quarter of
+   Phi / pi each way. I = 0 where the whole box is below the horizon of p, where all its lamps face away, by the cone that
+   holds their normals, and for a single lamp that does not face p.
    sample walks down one way. pdf walks down all boxes that the ray meets and adds up what it finds in the leaves: all
    emitters along the direction, hidden ones too. It asks for weights on the way back, above what has been found: boxes are
    cheap, and most that a ray meets hold nothing on it. */
 typedef struct pti_receiver { pt_vec3 p, n; } pti_receiver;        /* n: of an opaque surface, on the side that is looked
                                                                       at; or zero, where light from every side matters */
-typedef struct pti_light_node {
+typedef struct pti_light_node {                          /* 64 bytes: one line of the cache */
     pt_vec3 center, half;                                /* of the box, half its diagonal: radius long */
     float radius;
     float power;                                         /* by which it is chosen: Phi / pi, or the number of lamps */
@@ -3883,11 +3885,12 @@ typedef struct pti_light_node {
     float focus;                                         /* |m| */
     float cos_reach;                                     /* of the largest angle to axis at which any lamp shines; -1: all
                                                             round */
-    uint32_t child;                                      /* PTI_LEAF and an emitter; or k: nodes 2k and 2k + 1 */
+    uint32_t first, count;                               /* of its children, side by side. Leaf: its emitter, and 0 */
+    uint32_t unused;
 } pti_light_node;
 typedef struct pti_lights {
     pti_emitter *emitters;  size_t count, capacity;
-    pti_light_node *nodes;  size_t node_capacity;        /* the root is 0, 1 is empty */
+    pti_light_node *nodes;  size_t node_count, node_capacity;      /* the root is 0 */
     pt_light_choice choose;
     float power;                                         /* Phi / pi of all */
 } pti_lights;
@@ -3905,7 +3908,8 @@ static pti_light_node pti_light_leaf(const pti_emitter *e, uint32_t index) {
     n.axis = all_round ? pt_v3(0, 0, 1) : e->n;
     n.focus = all_round || e->spot > 0 ? 0.0f : 1.0f;
     n.cos_reach = all_round ? -1.0f : e->spot > 0 ? 1 - e->spot : 0.0f;
-    n.child = PTI_LEAF | index;
+    n.first = index;
+    n.count = n.unused = 0;
     return n;
 }
 static pti_bounds pti_light_box(const pti_light_node *n) {
@@ -3936,7 +3940,7 @@ static pti_light_node pti_light_node_of(const pti_light_node *leaf, size_t count
     n.focus = n.power > 0 ? pti_min(pti_length(sum) / n.power, 0.999f) : 0.0f;
     n.axis = pti_is_zero3(sum) ? leaf[0].axis : pti_normalize(sum);
     n.cos_reach = -1;
-    n.child = 0;
+    n.first = n.count = n.unused = 0;
     if (emits <= -1) return n;
     for (i = 0; i < count; i++) spread = pti_min(spread, pti_dot(n.axis, leaf[i].axis));
     angle = pti_acos(pti_clamp(spread, -1, 1)) + pti_acos(pti_min(emits, 1)) + 1e-3f;      /* acos is steep at 1 */
@@ -4027,81 +4031,135 @@ static size_t pti_light_split(pti_light_node *leaf, size_t count, int depth) {
         }
     return j;
 }
-static void pti_light_build(pti_lights *l, uint32_t *pairs, size_t self, pti_light_node *leaf, size_t count, int depth) {
-    pti_light_node n = *leaf;
-    size_t left;
-    if (count > 1) n = pti_light_node_of(leaf, count);
-    if (self == 0) l->power = n.power;
-    if (l->choose == PT_CHOOSE_UNIFORM) n.power = (float)count;
-    if (count > 1) n.child = (*pairs)++;
-    l->nodes[self] = n;
-    if (count == 1) return;
-    left = pti_light_split(leaf, count, depth);
-    pti_light_build(l, pairs, 2 * (size_t)n.child, leaf, left, depth + 1);
-    pti_light_build(l, pairs, 2 * (size_t)n.child + 1, leaf + left, count - left, depth + 1);
+/* A range of leaves, while the tree is built. The one with most power x area is split first. */
+typedef struct pti_light_range { pti_light_node *leaf; size_t count; pti_light_node node; float size; int depth; } pti_light_range;
+static pti_light_range pti_light_range_of(pti_light_node *leaf, size_t count, int depth) {
+    pti_light_range r;
+    pti_bounds box;
+    r.leaf = leaf; r.count = count; r.depth = depth;
+    r.node = count > 1 ? pti_light_node_of(leaf, count) : *leaf;
+    box = pti_light_box(&r.node);
+    r.size = count > 1 ? pti_bounds_area(&box) * r.node.power : -1.0f;
+    return r;
+}
+static uint32_t pti_light_open(const pti_light_range *all, pti_light_range child[PTI_WIDTH]) {
+    uint32_t count = 1, k, pick;
+    child[0] = *all;
+    while (count < PTI_WIDTH) {
+        pti_light_range whole;
+        size_t left;
+        for (k = 1, pick = 0; k < count; k++) if (child[k].size > child[pick].size) pick = k;
+        whole = child[pick];
+        if (whole.count == 1) break;
+        left = pti_light_split(whole.leaf, whole.count, whole.depth);
+        child[pick] = pti_light_range_of(whole.leaf, left, whole.depth + 1);
+        child[count++] = pti_light_range_of(whole.leaf + left, whole.count - left, whole.depth + 1);
+    }
+    return count;
+}
+static void pti_light_build(pti_lights *l, size_t self, const pti_light_range *all) {
+    pti_light_range child[PTI_WIDTH];
+    pti_light_node *n = l->nodes + self;
+    uint32_t k;
+    *n = all->node;
+    if (l->choose == PT_CHOOSE_UNIFORM) n->power = (float)all->count;
+    if (all->count == 1) return;
+    n->count = pti_light_open(all, child);
+    n->first = (uint32_t)l->node_count;
+    l->node_count += n->count;
+    for (k = 0; k < n->count; k++) pti_light_build(l, (size_t)n->first + k, child + k);
 }
 static int pti_lights_build(pti_lights *l, const pt_allocator *a) {            /* 0 when out of memory */
     pti_light_node *leaves;
-    uint32_t pairs = 1;
+    pti_light_range all;
+    void *nodes;
     size_t i;
     if (!l->count) return 1;
     leaves = (pti_light_node *)pti_alloc(a, l->count, sizeof *leaves);
+    if (!leaves) return 0;
+    l->nodes = (pti_light_node *)pti_alloc(a, 2 * l->count, sizeof *l->nodes);
+    if (!l->nodes) { pti_free(a, leaves, l->count, sizeof *leaves); return 0; }
     l->node_capacity = 2 * l->count;
-    l->nodes = leaves ? (pti_light_node *)pti_alloc(a, l->node_capacity, sizeof *l->nodes) : NULL;
-    if (!l->nodes) { l->node_capacity = 0; pti_free(a, leaves, l->count, sizeof *leaves); return 0; }
     for (i = 0; i < l->count; i++) leaves[i] = pti_light_leaf(l->emitters + i, (uint32_t)i);
-    pti_light_build(l, &pairs, 0, leaves, l->count, 0);
+    all = pti_light_range_of(leaves, l->count, 0);
+    l->power = all.node.power;
+    l->node_count = 1;
+    pti_light_build(l, 0, &all);
     pti_free(a, leaves, l->count, sizeof *leaves);
-    return 1;
+    nodes = l->nodes;
+    i = (size_t)pti_shrink(a, &nodes, l->node_count, &l->node_capacity, sizeof *l->nodes);
+    l->nodes = (pti_light_node *)nodes;
+    return i != 0;
 }
 
 /* ---- walking */
 
-/* The mean of the positive part of what is spread evenly over [middle - reach, middle + reach]. */
-static float pti_mean_above(float middle, float reach) {
-    float top = middle + reach;
-    return middle >= reach ? middle : top > 0 ? top * top / (4 * reach) : 0.0f;
+/* Something spread over [middle - reach, middle + reach]: the middle of what of it is above 0. */
+static float pti_middle_above(float middle, float reach) {
+    return middle >= reach ? middle : pti_max(middle + reach, 0) * 0.5f;
 }
-static float pti_box_support(pt_vec3 half, pt_vec3 d) {
+static float pti_box_reach(pt_vec3 half, pt_vec3 d) {    /* how far a box reaches from its centre along d, or against it */
     return half.x * fabsf(d.x) + half.y * fabsf(d.y) + half.z * fabsf(d.z);
 }
 /* I / (Phi / pi). Zeros leave a little room for rounding. */
 static float pti_light_geometry(const pti_light_node *n, const pti_receiver *r) {
     pt_vec3 d = pti_sub(n->center, r->p);
-    float d2 = pti_dot(d, d), inverse = 1 / sqrtf(d2 + 0.5f * n->radius * n->radius + 1e-30f);
-    float distance = sqrtf(d2), most = distance + n->radius, room = 1e-6f * most, above, reach, e = 0.25f, at_p = 1;
+    float d2 = pti_dot(d, d), D2 = pti_max(d2, 0.25f * n->radius * n->radius) + 1e-30f, inverse = 1 / sqrtf(D2);
+    float distance = d2 * inverse, e = 0.25f, at_p = 1, above, reach;
+    float room = 1e-6f * (distance + n->radius);
     if (n->cos_reach > -1) {
         above = -pti_dot(n->axis, d);
-        reach = pti_box_support(n->half, n->axis);
-        if (above + reach + room <= n->cos_reach * (n->cos_reach > 0 ? pti_max(distance - n->radius, 0) : most)) return 0;
+        reach = pti_box_reach(n->half, n->axis);
+        if (n->cos_reach <= 0 ? above + reach + room <= n->cos_reach * (distance + n->radius)
+                              : above + reach + room <= n->cos_reach * (distance - n->radius)) return 0;
     }
-    if (n->focus > 0)
-        e = 0.25f * (1 - n->focus) + n->focus * pti_mean_above(-pti_dot(n->axis, d), pti_box_support(n->half, n->axis)) * inverse;
-    if (!pti_is_zero3(r->n))
-        at_p = pti_mean_above(pti_dot(r->n, d), pti_box_support(n->half, r->n) + room) * inverse;
-    return e * at_p * inverse * inverse;
+    if (n->focus > 0) {
+        above = pti_middle_above(-pti_dot(n->axis, d), pti_box_reach(n->half, n->axis));
+        e = 0.25f * (1 - n->focus) + n->focus * pti_min(above * inverse, 1);
+    }
+    if (!pti_is_zero3(r->n)) {
+        at_p = pti_middle_above(pti_dot(r->n, d), pti_box_reach(n->half, r->n) + room);
+        at_p = pti_min(at_p * inverse, 1);
+    }
+    return e * at_p / D2;
 }
 static float pti_light_importance(const pti_lights *l, const pti_light_node *n, const pti_receiver *r) {
     float g;
     if (l->choose != PT_CHOOSE_TREE) return n->power;
     g = pti_light_geometry(n, r);
-    if (PTI_KIND(n->child) == PTI_LEAF && !pti_emitter_faces(l->emitters + PTI_INDEX(n->child), r->p)) return 0;
+    if (!n->count && g > 0 && !pti_emitter_faces(l->emitters + n->first, r->p)) return 0;
     return pti_min(n->power * g, 1e36f);
 }
-/* The left child's weight; -1 where neither shines on p. */
-static float pti_light_weight(const pti_lights *l, const pti_light_node *n, const pti_receiver *r) {
-    const pti_light_node *child = l->nodes + 2 * (size_t)n->child;
-    float left = pti_light_importance(l, child, r), right = pti_light_importance(l, child + 1, r);
-    return left + right > 0 ? left / (left + right) : -1.0f;
+/* I of a node's children; returns the sum. */
+static double pti_light_weigh(const pti_lights *l, const pti_light_node *n, const pti_receiver *r, float I[PTI_WIDTH]) {
+    double sum = 0;
+    uint32_t k;
+    for (k = 0; k < n->count; k++) sum += (double)(I[k] = pti_light_importance(l, l->nodes + n->first + k, r));
+    return sum;
+}
+/* Draws k with probability I[k] / sum, and leaves *u uniform again: pti_split for many. sum > 0 is that of all, in order. */
+static uint32_t pti_light_pick(const float I[PTI_WIDTH], uint32_t count, double sum, uint32_t *u) {
+    uint64_t from = 0, to = 0, low = pti_hash(*u ^ 0x5bd1e995u);
+    double run = 0;
+    uint32_t k;
+    for (k = 0; k < count; k++) {
+        from = to;
+        run += (double)I[k];
+        to = (uint64_t)(run / sum * 4294967296.0);
+        if (*u < to) break;
+    }
+    *u = (uint32_t)(((uint64_t)(*u - (uint32_t)from) << 32 | low) / (to - from));
+    return k;
 }
 static int pti_lights_sample(const pti_lights *l, const pti_receiver *r, uint32_t choice, float u, float v, pt_vec3 *wi) {
     const pti_light_node *n = l->nodes;
-    while (PTI_KIND(n->child) != PTI_LEAF) {
-        float w = pti_light_weight(l, n, r);
-        if (w < 0) return 0;
-        n = l->nodes + 2 * (size_t)n->child + (pti_split(&choice, w) ? 0 : 1);
+    float I[PTI_WIDTH];
+    while (n->count) {
+        double sum = pti_light_weigh(l, n, r, I);
+        if (!(sum > 0)) return 0;                        /* no child shines on p */
+        n = l->nodes + n->first + pti_light_pick(I, n->count, sum, &choice);
     }
-    return pti_emitter_sample(l->emitters + PTI_INDEX(n->child), r->p, u, v, wi);
+    return pti_emitter_sample(l->emitters + n->first, r->p, u, v, wi);
 }
 
 /* A ray on its way through the tree. Boxes are widened by what the rounding of wi is at their distance, so that the tree
@@ -4118,15 +4176,20 @@ static int pti_light_met(const pti_light_node *n, const pti_light_ray *r) {
 }
 static float pti_light_pdf(const pti_light_ray *r, const pti_light_node *n) {
     const pti_lights *l = r->lights;
-    const pti_light_node *child;
-    float left, right, w;
-    if (PTI_KIND(n->child) == PTI_LEAF) return pti_emitter_pdf(l->emitters + PTI_INDEX(n->child), r->receiver->p, r->wi);
-    child = l->nodes + 2 * (size_t)n->child;
-    left = pti_light_met(child, r) ? pti_light_pdf(r, child) : 0.0f;
-    right = pti_light_met(child + 1, r) ? pti_light_pdf(r, child + 1) : 0.0f;
-    if (!(left > 0) && !(right > 0)) return 0;
-    w = pti_light_weight(l, n, r->receiver);
-    return w < 0 ? 0.0f : w * left + (1 - w) * right;
+    const pti_light_node *child = l->nodes + n->first;
+    float p[PTI_WIDTH], I[PTI_WIDTH], most = 0;
+    double sum, weighted = 0;
+    uint32_t k;
+    if (!n->count) return pti_emitter_pdf(l->emitters + n->first, r->receiver->p, r->wi);
+    for (k = 0; k < n->count; k++) {
+        p[k] = pti_light_met(child + k, r) ? pti_light_pdf(r, child + k) : 0.0f;
+        most = pti_max(most, p[k]);
+    }
+    if (!(most > 0)) return 0;
+    sum = pti_light_weigh(l, n, r->receiver, I);
+    if (!(sum > 0)) return 0;
+    for (k = 0; k < n->count; k++) weighted += (double)I[k] * (double)p[k];
+    return (float)(weighted / sum);
 }
 static float pti_lights_pdf(const pti_lights *l, const pti_receiver *receiver, pt_vec3 wi) {
     pti_light_ray r;
@@ -4138,7 +4201,7 @@ static float pti_lights_pdf(const pti_lights *l, const pti_receiver *receiver, p
 static float pti_lights_irradiance(const pti_lights *l, const pti_receiver *r) {
     const pti_light_node *root = l->nodes;
     if (!l->count) return 0;
-    if (PTI_KIND(root->child) == PTI_LEAF && !pti_emitter_faces(l->emitters + PTI_INDEX(root->child), r->p)) return 0;
+    if (!root->count && !pti_emitter_faces(l->emitters + root->first, r->p)) return 0;
     return pti_min(l->power * pti_light_geometry(root, r), 1e36f);
 }
 

@@ -183,15 +183,16 @@ static double forest_pdf(void *ctx, pt_vec3 wi) {
 }
 /* All leaves, no boxes: sum of P(leaf) p_leaf(wi), or with wi NULL the sum of P(leaf) over those that shine. */
 static double all_leaves(const pti_lights *l, const pti_light_node *n, const pti_receiver *at, const pt_vec3 *wi) {
-    const pti_light_node *child = l->nodes + 2 * (size_t)n->child;
-    float w;
-    if (PTI_KIND(n->child) == PTI_LEAF) {
-        const pti_emitter *e = l->emitters + PTI_INDEX(n->child);
+    float I[PTI_WIDTH];
+    double sum = 0, weights;
+    uint32_t k;
+    if (!n->count) {
+        const pti_emitter *e = l->emitters + n->first;
         return wi ? pti_emitter_pdf(e, at->p, *wi) : pti_emitter_faces(e, at->p);
     }
-    w = pti_light_weight(l, n, at);
-    if (w < 0) return 0;
-    return (double)w * all_leaves(l, child, at, wi) + (1 - (double)w) * all_leaves(l, child + 1, at, wi);
+    weights = pti_light_weigh(l, n, at, I);
+    for (k = 0; k < n->count; k++) if (I[k] > 0) sum += (double)I[k] / weights * all_leaves(l, l->nodes + n->first + k, at, wi);
+    return sum;
 }
 static pti_receiver receiver_at(pt_vec3 p, pt_vec3 n) { pti_receiver r; r.p = p; r.n = n; return r; }
 static pti_receiver anywhere(pt_vec3 p) { return receiver_at(p, pt_v3(0, 0, 0)); }
