@@ -1322,8 +1322,8 @@ static pti_rect_frame pti_rect_frame_of(pt_vec3 edge_x, pt_vec3 edge_y) {
     pti_rect_frame f;
     f.width = pti_length(edge_x);
     f.height = pti_length(edge_y);
-    f.x = pti_normalize(edge_x);
-    f.y = pti_normalize(edge_y);
+    f.x = pti_scale(edge_x, 1 / pti_max(f.width, 1e-30f));
+    f.y = pti_scale(edge_y, 1 / pti_max(f.height, 1e-30f));
     f.z = pti_cross(f.x, f.y);
     return f;
 }
@@ -4107,7 +4107,7 @@ static float pti_light_geometry(const pti_light_node *n, const pti_receiver *r) 
     float d2 = pti_dot(d, d), D2 = pti_max(d2, 0.25f * n->radius * n->radius) + 1e-30f, inverse = 1 / sqrtf(D2);
     float distance = d2 * inverse, e = 0.25f, at_p = 1, above, reach;
     float room = 1e-6f * (distance + n->radius);
-    if (n->cos_reach > -1) {
+    if (n->count && n->cos_reach > -1) {                 /* a lamp itself is asked later, by pti_emitter_faces */
         above = -pti_dot(n->axis, d);
         reach = pti_box_reach(n->half, n->axis);
         if (n->cos_reach <= 0 ? above + reach + room <= n->cos_reach * (distance + n->radius)
@@ -4193,14 +4193,14 @@ static float pti_light_pdf(const pti_light_ray *r, const pti_light_node *n) {
 }
 static float pti_lights_pdf(const pti_lights *l, const pti_receiver *receiver, pt_vec3 wi) {
     pti_light_ray r;
+    if (l->count == 1) return pti_emitter_pdf(l->emitters, receiver->p, wi);
     r.lights = l; r.receiver = receiver; r.wi = wi;
     r.inverse = pt_v3(pti_light_slope(wi.x), pti_light_slope(wi.y), pti_light_slope(wi.z));
     return pti_light_pdf(&r, l->nodes);
 }
-/* An estimate of the irradiance from all emitters; 0 if there is but one, and it faces away. */
+/* An estimate of the irradiance from all emitters, of which there is one at least; 0 if all face away. */
 static float pti_lights_irradiance(const pti_lights *l, const pti_receiver *r) {
     const pti_light_node *root = l->nodes;
-    if (!l->count) return 0;
     if (!root->count && !pti_emitter_faces(l->emitters + root->first, r->p)) return 0;
     return pti_min(l->power * pti_light_geometry(root, r), 1e36f);
 }
@@ -5624,13 +5624,14 @@ typedef struct pti_mixture {
 static pti_receiver pti_receiver_at(const pti_surface *surface) {
     const pt_vertex *x = surface->x;
     pti_receiver r;
+    float side = pti_dot(x->ng, x->wo) < 0 ? -1.0f : 1.0f;
     int i;
-    r.p = pti_spawn(x, x->wo);
-    r.n = pti_dot(x->ng, x->wo) < 0 ? pti_neg(x->ng) : x->ng;
     for (i = 0; i < surface->count; i++) {
         pti_lobe_kind k = surface->lobes[i].kind;
-        if (k == PTI_THROUGH || k == PTI_THIN || k == PTI_GLASS || k == PTI_USER_LOBE) r.n = pt_v3(0, 0, 0);
+        if (k == PTI_THROUGH || k == PTI_THIN || k == PTI_GLASS || k == PTI_USER_LOBE) side = 0;
     }
+    r.p = pti_spawn(x, x->wo);
+    r.n = pti_scale(x->ng, side);
     return r;
 }
 static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface, const pt_weights *w) {
@@ -5642,8 +5643,11 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     mix.receiver.p = surface->x->p;
     mix.receiver.n = pt_v3(0, 0, 0);
     if (surface->delta > 0.999f) return mix;             /* deltas only */
-    mix.receiver = pti_receiver_at(surface);
-    from_lights = pti_lights_irradiance(&s->lights, &mix.receiver);
+    from_lights = 0;
+    if (s->lights.count) {
+        mix.receiver = pti_receiver_at(surface);
+        from_lights = pti_lights_irradiance(&s->lights, &mix.receiver);
+    }
     from_sky = s->environment.irradiance;
     if (automatic) {                                     /* half for the BSDF, which bounds f / p; half for the light */
         rest = from_lights + from_sky;

@@ -145,9 +145,9 @@ static void compare(size_t lamps, const settings *q) {
     build = seconds() - start;
     reference = render(s, q->width, q->height, q->reference, 99);
     if (q->picture) {
-        it = render(s, 4 * q->width, 4 * q->height, q->picture, 1);
+        it = render(s, 6 * q->width, 6 * q->height, q->picture, 1);
         snprintf(path, sizeof path, "out/many_lights_%lu.png", (unsigned long)lamps);
-        pt_write_png(path, it.rgb, 4 * q->width, 4 * q->height, &(pt_encoding){ .curve = PT_CURVE_FILMIC });
+        pt_write_png(path, it.rgb, 6 * q->width, 6 * q->height, &(pt_encoding){ .curve = PT_CURVE_FILMIC });
         free(it.rgb);
     }
     pt_scene_destroy(s);
@@ -168,12 +168,81 @@ static void compare(size_t lamps, const settings *q) {
     }
     free(reference.rgb);
 }
+
+/* ---- what the tree itself costs: to build, to draw from, and to ask for a density, from random places in random directions */
+
+static pt_scene *crowd(size_t count, int wall) {         /* in the unit cube, turned every which way, or on its side z = 0 */
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material lamp = pt_add_material(s, &(pt_material_desc){ .emission = { 1, 1, 1 } });
+    float *v = (float *)malloc(count * 9 * sizeof *v), size = 0.5f / sqrtf((float)count);
+    pt_rng rng;
+    size_t i;
+    if (!v) exit(1);
+    pt_rng_seed(&rng, 6, 6);
+    for (i = 0; i < count; i++) {
+        float x = pt_rng_float(&rng), y = pt_rng_float(&rng), z = pt_rng_float(&rng), a = pt_rng_float(&rng), b = pt_rng_float(&rng), turn = 6.2831853f * pt_rng_float(&rng);
+        triangle(v + 9 * i, pt_v3(x, y, wall ? 0 : z), wall ? pt_v3(0, 0, 1) : unit(a - 0.5f, b - 0.5f, pt_rng_float(&rng) - 0.51f), size, turn);
+    }
+    pt_add_mesh(s, &(pt_mesh_desc){ .positions = v, .vertex_count = 3 * count, .material = lamp });
+    free(v);
+    return s;
+}
+static void walks(size_t most) {
+    size_t count, i, n = 100000;
+    int wall;
+    printf("\nthe tree itself: ns an evaluation, directions and places at random\n"
+           "                    in a cube, every which way            on a wall\n"
+           "        lamps    density    draw    build/lamp       density    draw    build/lamp   bytes/lamp\n");
+    for (count = 1; count <= most; count *= 10) {
+        printf("   %10lu", (unsigned long)count);
+        for (wall = 0; wall < 2; wall++) {
+            pt_scene *s = crowd(count, wall);
+            pti_lights *l = &s->lights;
+            pt_rng rng;
+            double start, spent[3];
+            float sum = 0;
+            int pass;
+            if (pt_scene_commit(s) != PT_OK) exit(1);
+            for (pass = 0; pass < 2; pass++) {
+                pt_rng_seed(&rng, 9, 9);
+                start = seconds();
+                for (i = 0; i < n; i++) {
+                    pti_receiver r;
+                    pt_vec3 wi, other;
+                    uint32_t choice = pt_rng_u32(&rng);
+                    float u = pt_rng_float(&rng), v = pt_rng_float(&rng);
+                    wi = pti_sample_sphere(u, v);
+                    r.p = pt_v3(pt_rng_float(&rng), pt_rng_float(&rng), pt_rng_float(&rng));
+                    r.n = pti_neg(wi);
+                    r.n = pti_sample_sphere(v, u);
+                    if (pti_dot(r.n, wi) < 0) r.n = pti_neg(r.n);
+                    if (pass) sum += (float)pti_lights_sample(l, &r, choice, u, v, &other);
+                    else sum += pti_lights_pdf(l, &r, wi);
+                }
+                spent[pass] = (seconds() - start) / (double)n;
+            }
+            i = l->node_capacity;
+            pti_free(&s->allocator, l->nodes, l->node_capacity, sizeof *l->nodes);
+            l->nodes = NULL;
+            start = seconds();
+            if (!pti_lights_build(l, &s->allocator)) exit(1);
+            spent[2] = (seconds() - start) / (double)count;
+            printf("   %8.0f %8.0f %10.0f   ", spent[0] * 1e9, spent[1] * 1e9, count < 1000 ? 0 : spent[2] * 1e9);
+            if (wall) printf("%9.0f", (double)(i * sizeof *l->nodes + count * sizeof *l->emitters) / (double)count);
+            if (sum < 0) printf("?");
+            pt_scene_destroy(s);
+        }
+        printf("\n");
+        fflush(stdout);
+    }
+}
 int main(int argc, char **argv) {
     static const size_t counts[] = { 1, 100, 10000, 1000000 };
     int quick = argc > 1 && !strcmp(argv[1], "--quick"), i;
-    settings q = { 160, 90, 16, 1600, 64 };
+    settings q = { 96, 54, 16, 1600, 32 };
     if (quick) { q.width = 64; q.height = 36; q.spp = 4; q.reference = 400; q.picture = 0; }
     printf("%d x %d pixels, %d samples a pixel, reference %d, direct light and one bounce; processor time\n", q.width, q.height, q.spp, q.reference);
     for (i = 0; i < (quick ? 3 : 4); i++) compare(counts[i], &q);
+    walks(quick ? 10000 : 1000000);
     return 0;
 }
