@@ -5431,6 +5431,27 @@ static int pti_emitter_add_quad(pt_scene *s, pt_vec3 p, pt_vec3 u, pt_vec3 v, pt
     e.p = pti_add(pti_add(p, u), v); e.e1 = pti_neg(u); e.e2 = pti_neg(v);
     return pti_emitter_add(s, e);
 }
+/* What a texture may hide from the points that its mean on a triangle is made of, where all of them are black: a little of the
+   brightest of the texels around; where those are too many to look at, or a function, of 1. 0: surely black. */
+static float pti_texture_hides(const pti_texture *t, float uv[3][2]) {
+    float s[3], w[3], found = 0, size[2];
+    int k, x, y, x0, x1, y0, y1;
+    if (!t->pixels) return t->eval || !pti_is_zero3(t->color_a) || !pti_is_zero3(t->color_b) ? 1.0f / 4096 : 0.0f;
+    size[0] = (float)t->width; size[1] = (float)t->height;
+    for (k = 0; k < 3; k++) {
+        pti_texture_st(t, uv[k][0], uv[k][1], s + k, w + k);
+        s[k] *= size[0]; w[k] *= size[1];
+        if (!(fabsf(s[k]) < 1e6f && fabsf(w[k]) < 1e6f)) return 1.0f / 4096;
+    }
+    x0 = (int)floorf(pti_min(s[0], pti_min(s[1], s[2]))) - 1; x1 = (int)floorf(pti_max(s[0], pti_max(s[1], s[2]))) + 1;
+    y0 = (int)floorf(pti_min(w[0], pti_min(w[1], w[2]))) - 1; y1 = (int)floorf(pti_max(w[0], pti_max(w[1], w[2]))) + 1;
+    if ((double)(x1 - x0 + 1) * (double)(y1 - y0 + 1) > 65536) return 1.0f / 4096;
+    for (y = y0; y <= y1; y++) for (x = x0; x <= x1; x++)
+        found = pti_max(found, pti_largest(pti_texel(t,
+            pti_texel_nearest(pti_wrap(((float)x + 0.5f) / size[0], t->wrap_u), t->width),
+            pti_texel_nearest(pti_wrap(((float)y + 0.5f) / size[1], t->wrap_v), t->height))));
+    return found / 4096;
+}
 /* Mean luminance of what a material emits on a triangle with these texture coordinates: how often it is sampled, no more. */
 static float pti_emission_luminance(const pti_material *m, float uv[3][2]) {
     const pt_material_desc *d = &m->desc;
@@ -5439,7 +5460,9 @@ static float pti_emission_luminance(const pti_material *m, float uv[3][2]) {
     if (d->bsdf == PT_BSDF_MIX)
         sum = (1 - mix) * pti_emission_luminance(m->all + d->a.id, uv) + mix * pti_emission_luminance(m->all + d->b.id, uv);
     if (d->emission_texture.id) {
-        pt_vec3 mean = pti_texture_mean_on_triangle(pti_material_texture(m, d->emission_texture), uv[0], uv[1], uv[2]);
+        const pti_texture *t = pti_material_texture(m, d->emission_texture);
+        pt_vec3 mean = pti_texture_mean_on_triangle(t, uv[0], uv[1], uv[2]);
+        if (!(pti_luminance(mean) > 0)) { float hidden = pti_texture_hides(t, uv); mean = pt_v3(hidden, hidden, hidden); }
         c = pti_is_zero3(c) ? mean : pti_mul(c, mean);
     }
     return (sum + pti_luminance(c)) * (1 - d->transparency);
