@@ -768,6 +768,25 @@ static void many_lamps(void) {
         pt_scene_destroy(inner);
     }
 }
+/* Lamps on all sides of a floor that lets light through, or whose normals lean over, by each way to choose. */
+static void lamps_all_around(void) {
+    static const float normals[] = { 0.9f, 0.4f, 0, 0.9f, 0.4f, 0, 0.9f, 0.4f, 0 };
+    static const char *const names[] = { "plain", "translucent", "leaning", "glass" };
+    int kind, choose;
+    for (kind = 0; kind < 4; kind++) for (choose = 0; choose < 3; choose++) {
+        pt_scene *inner = lamps(30, choose == 1), *s = pt_scene_create(&(pt_scene_desc){ .choose = (pt_light_choice)choose });
+        pt_vec3 v[3];
+        pt_material m = pt_add_material(s, &(pt_material_desc){ .color = { 0.8f, 0.8f, 0.8f }, .translucency = kind == 1 ? 0.6f : 0.0f,
+            .bsdf = kind == 3 ? PT_BSDF_DIELECTRIC : PT_BSDF_DIFFUSE, .roughness = kind == 3 ? 0.7f : 0.0f });
+        v[0] = pt_v3(-1, 0, -1); v[1] = pt_v3(0, 0, 1.5f); v[2] = pt_v3(1, 0, -1);
+        pt_add_mesh(s, &(pt_mesh_desc){ .positions = &v[0].x, .vertex_count = 3, .normals = kind == 2 ? normals : NULL, .material = m });
+        pt_add_instance(s, inner, &(pt_xform){ { 1, 0, 0, 0.1f, 0, 1, 0, 0.2f, 0, 0, 1, 0.1f } });
+        test_case("%s, choice %d", names[kind], choose);
+        if (commit(s)) check_agreement(s);
+        pt_scene_destroy(s);
+        pt_scene_destroy(inner);
+    }
+}
 static void lamps_in_instances(void) {
     static const struct { const char *name; float m[12]; int spheres; } place[] = {
         { "moved", { 1, 0, 0, 0.5f, 0, 1, 0, 1.5f, 0, 0, 1, -0.3f }, 1 },
@@ -1204,6 +1223,7 @@ void test_light(void) {
     RUN(irradiance);
     RUN(distant_lamps);
     RUN(many_lamps);
+    RUN(lamps_all_around);
     RUN(lamps_in_instances);
     RUN(sun_irradiance);
     RUN(sun_in_the_sky);
