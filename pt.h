@@ -120,7 +120,13 @@ typedef struct pt_logger { void (*log)(void *user, pt_result code, const char *m
 
 /* ---- scene: errors are sticky; every call accepts what a failed call returned; check once, at commit --- */
 
-typedef struct pt_scene_desc { pt_allocator allocator; pt_logger logger; } pt_scene_desc;
+/* How a path chooses among many lamps. The two others are for comparison. */
+typedef enum pt_light_choice {
+    PT_CHOOSE_TREE,                                       /* by what each is likely to send to where the path stands */
+    PT_CHOOSE_POWER,                                      /* by power alone */
+    PT_CHOOSE_UNIFORM                                     /* all alike */
+} pt_light_choice;
+typedef struct pt_scene_desc { pt_allocator allocator; pt_logger logger; pt_light_choice choose; } pt_scene_desc;
 
 PT_DEF pt_scene   *pt_scene_create(const pt_scene_desc *desc);   /* NULL desc = defaults; NULL when out of memory */
 PT_DEF void        pt_scene_destroy(pt_scene *s);                /* NULL is fine. Renders and instances of s go first */
@@ -1316,8 +1322,8 @@ static pti_rect_frame pti_rect_frame_of(pt_vec3 edge_x, pt_vec3 edge_y) {
     pti_rect_frame f;
     f.width = pti_length(edge_x);
     f.height = pti_length(edge_y);
-    f.x = pti_normalize(edge_x);
-    f.y = pti_normalize(edge_y);
+    f.x = pti_scale(edge_x, 1 / pti_max(f.width, 1e-30f));
+    f.y = pti_scale(edge_y, 1 / pti_max(f.height, 1e-30f));
     f.z = pti_cross(f.x, f.y);
     return f;
 }
@@ -3710,35 +3716,35 @@ static void pti_surface_at(const pti_material *m, const pt_vertex *x, pti_surfac
    with p = 1 / S: of the noise, that leaves what the BSDF, the cosine and the shadows make. */
 
 typedef enum pti_emitter_kind { PTI_TRIANGLE_LIGHT, PTI_RECT_LIGHT, PTI_SPHERE_LIGHT } pti_emitter_kind;
-typedef struct pti_emitter {
-    pti_emitter_kind kind;
-    int two_sided;
-    pt_vec3 p, e1, e2, n;                                /* corner and edges, unit normal; or centre, and a spot's axis */
-    float radius, area;
-    float spot;                                          /* spheres only: 1 - cos of the cone that all light stays in, or 0 */
+typedef struct pti_emitter {                             /* 64 bytes: one line of the cache */
+    uint16_t kind, two_sided;
     float luminance;                                     /* of its radiance */
-    pti_rect_frame frame;                                /* rectangles only */
+    pt_vec3 p, e1, e2, n;                                /* corner and edges, unit normal; or centre, and a spot's axis */
+    float radius;                                        /* spheres only, like: */
+    float spot;                                          /* 1 - cos of the cone that all light stays in, or 0 */
 } pti_emitter;
 
 static pti_emitter pti_emitter_flat(pti_emitter_kind kind, pt_vec3 p, pt_vec3 e1, pt_vec3 e2, float luminance,
                                     int two_sided) {
     pti_emitter e;
-    e.frame = pti_rect_frame_of(e1, e2);
-    e.kind = kind; e.p = p; e.e1 = e1; e.e2 = e2; e.luminance = luminance; e.two_sided = two_sided; e.radius = e.spot = 0;
-    e.n = pti_cross(e1, e2);
-    e.area = pti_length(e.n) * (kind == PTI_RECT_LIGHT ? 1.0f : 0.5f);
-    e.n = pti_normalize(e.n);
+    e.kind = (uint16_t)kind; e.two_sided = two_sided != 0; e.luminance = luminance;
+    e.p = p; e.e1 = e1; e.e2 = e2; e.n = pti_normalize(pti_cross(e1, e2));
+    e.radius = e.spot = 0;
     return e;
 }
 static pti_emitter pti_emitter_sphere(pt_vec3 center, float radius, float luminance, int two_sided) {
     pti_emitter e;
     memset(&e, 0, sizeof e);
-    e.kind = PTI_SPHERE_LIGHT; e.p = center; e.radius = radius; e.luminance = luminance; e.two_sided = two_sided;
-    e.area = 4 * PTI_PI * radius * radius;
+    e.kind = PTI_SPHERE_LIGHT; e.two_sided = two_sided != 0; e.luminance = luminance;
+    e.p = center; e.radius = radius;
     return e;
 }
-static float pti_emitter_power(const pti_emitter *e) {   /* flux: radiance x area x pi, for each side; sums stay finite */
-    return pti_min(e->luminance * e->area * (e->two_sided ? 2 * PTI_PI : PTI_PI), 1e27f);
+static float pti_emitter_area(const pti_emitter *e) {
+    if (e->kind == PTI_SPHERE_LIGHT) return 4 * PTI_PI * e->radius * e->radius;
+    return pti_length(pti_cross(e->e1, e->e2)) * (e->kind == PTI_RECT_LIGHT ? 1.0f : 0.5f);
+}
+static int pti_emitter_all_round(const pti_emitter *e) {             /* does it shine every way alike? */
+    return e->kind == PTI_SPHERE_LIGHT ? !(e->spot > 0) : e->two_sided;
 }
 static pti_bounds pti_emitter_bounds(const pti_emitter *e) {
     pti_bounds b;
@@ -3787,6 +3793,7 @@ static float pti_emitter_cone(const pti_emitter *e, pt_vec3 axis) {
 }
 static int pti_emitter_draw(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
     pt_vec3 c[3], axis;
+    pti_rect_frame frame;
     pti_rect r;
     float S;
     if (!pti_emitter_faces(e, p)) return 0;
@@ -3797,7 +3804,8 @@ static int pti_emitter_draw(const pti_emitter *e, pt_vec3 p, float u, float v, p
                                     : pti_normalize(pti_sample_triangle(c[0], c[1], c[2], S, u, v));
         return 1;
     case PTI_RECT_LIGHT:
-        r = pti_rect_seen_from(&e->frame, pti_sub(e->p, p));
+        frame = pti_rect_frame_of(e->e1, e->e2);
+        r = pti_rect_seen_from(&frame, pti_sub(e->p, p));
         S = pti_rect_solid_angle(&r);
         *wi = S < PTI_TINY_RECT ? pti_emitter_sample_area(e, p, u, v) : pti_normalize(pti_sample_rect(&r, S, u, v));
         return 1;
@@ -3833,6 +3841,7 @@ static int pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v,
 }
 static float pti_emitter_pdf(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
     pt_vec3 c[3];
+    pti_rect_frame frame;
     pti_rect r;
     float S, d;
     if (!pti_emitter_faces(e, p)) return 0;
@@ -3840,132 +3849,360 @@ static float pti_emitter_pdf(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
     d = pti_emitter_distance(e, p, wi);
     if (!(d > 0)) return 0;
     if (e->kind == PTI_RECT_LIGHT) {
-        r = pti_rect_seen_from(&e->frame, pti_sub(e->p, p));
+        frame = pti_rect_frame_of(e->e1, e->e2);
+        r = pti_rect_seen_from(&frame, pti_sub(e->p, p));
         S = pti_rect_solid_angle(&r);
         if (S >= PTI_TINY_RECT) return pti_pdf_rect(S);
     } else {
         S = pti_emitter_triangle_angle(e, p, c);
         if (S >= PTI_TINY_TRIANGLE) return pti_pdf_triangle(S);
     }
-    return d * d / (e->area * fabsf(pti_dot(wi, e->n)) + 1e-30f);
+    return d * d / (pti_emitter_area(e) * fabsf(pti_dot(wi, e->n)) + 1e-30f);
 }
 
-/* The light tree: a mixture of its two children, whose weights depend on where the path stands,
-       p(wi) = w p_left(wi) + (1 - w) p_right(wi),   w = I(left) / (I(left) + I(right)),   I = power / distance^2
-   with the distance no less than half the box's diagonal, and I = 0 for an emitter that faces away
-   (the idea of Conty Estevez and Kulla 2018). sample walks down one way; pdf walks down all boxes that the ray meets and
-   adds up what it finds in the leaves: all emitters along the direction, hidden ones too. */
-typedef struct pti_light_node { pti_bounds box; float power; uint32_t left, right; } pti_light_node;  /* leaf: left == right
-                                                                                            == the emitter */
+/* The light tree: a mixture of mixtures, whose weights depend on where the path stands. A node is split in two again and
+   again until it has eight children, and
+       p(wi) = sum_k w_k p_k(wi),   w_k = I_k / sum_j I_j,
+   I being an estimate of the irradiance from a child (after Conty Estevez and Kulla 2018; by comparing eight small boxes
+   instead of two large ones three times, a choice knows three times as far ahead). For a box with centre c whose diagonal is
+   two radii long, with lamps of power Phi in it, seen from p, where the surface has the normal n,
+       I = Phi / pi  e r / D^2,   D^2 = max(|c - p|^2, radius^2 / 4).
+   r is the cosine at p, that of the middle of what of the box is above p's horizon; e that at the lamps,
+       e = (1 - |m|) / 4 + |m| cos,
+   m being the mean of their normals, and cos the angle's to it, as above: what shines every way alike sends a quarter of
+   Phi / pi each way. I = 0 where the whole box is below the horizon of p, where all its lamps face away, by the cone that
+   holds their normals, and for a single lamp that does not face p.
+   sample walks down one way. pdf walks down all boxes that the ray meets and adds up what it finds in the leaves: all
+   emitters along the direction, hidden ones too. It asks for weights on the way back, above what has been found: boxes are
+   cheap, and most that a ray meets hold nothing on it. */
+typedef struct pti_receiver { pt_vec3 p, n; } pti_receiver;        /* n: of an opaque surface, on the side that is looked
+                                                                      at; or zero, where light from every side matters */
+typedef struct pti_light_node {                          /* 64 bytes: one line of the cache */
+    pt_vec3 center, half;                                /* of the box, half its diagonal: radius long */
+    float radius;
+    float power;                                         /* by which it is chosen: Phi / pi, or the number of lamps */
+    pt_vec3 axis;                                        /* mean direction of the lamps' normals, m / |m| */
+    float focus;                                         /* |m| */
+    float cos_reach;                                     /* of the largest angle to axis at which any lamp shines; -1: all
+                                                            round */
+    uint32_t first, count;                               /* of its children, side by side. Leaf: its emitter, and 0 */
+    uint32_t unused;
+} pti_light_node;
 typedef struct pti_lights {
     pti_emitter *emitters;  size_t count, capacity;
-    pti_light_node *nodes;  size_t node_count, node_capacity;
+    pti_light_node *nodes;  size_t node_count, node_capacity;      /* the root is 0 */
+    pt_light_choice choose;
+    float power;                                         /* Phi / pi of all */
 } pti_lights;
 
-#define PTI_LIGHT_DEPTH 60
-/* Halves in space along the longest side, in number where that fails or the tree gets deep. */
-static size_t pti_light_split(pti_lights *l, size_t begin, size_t end, int depth) {
-    pti_bounds centers = pti_bounds_empty(), b;
-    size_t i, j = begin;
-    int axis;
-    float middle;
-    pt_vec3 d;
-    for (i = begin; i < end; i++) {
-        b = pti_emitter_bounds(l->emitters + i);
-        pti_bounds_point(&centers, pti_add(b.lo, b.hi));
+/* ---- building: binned, by the surface area orientation heuristic */
+
+static pti_light_node pti_light_leaf(const pti_emitter *e, uint32_t index) {
+    pti_bounds b = pti_emitter_bounds(e);
+    int all_round = pti_emitter_all_round(e);
+    pti_light_node n;
+    n.center = pti_scale(pti_add(b.lo, b.hi), 0.5f);
+    n.half = pti_max3(pti_sub(b.hi, n.center), pti_sub(n.center, b.lo));
+    n.radius = pti_length(n.half);
+    n.power = pti_min(e->luminance * pti_emitter_area(e) * (e->kind != PTI_SPHERE_LIGHT && e->two_sided ? 2.0f : 1.0f), 1e27f);
+    n.axis = all_round ? pt_v3(0, 0, 1) : e->n;
+    n.focus = all_round || e->spot > 0 ? 0.0f : 1.0f;
+    n.cos_reach = all_round ? -1.0f : e->spot > 0 ? 1 - e->spot : 0.0f;
+    n.first = index;
+    n.count = n.unused = 0;
+    return n;
+}
+static pti_bounds pti_light_box(const pti_light_node *n) {
+    pti_bounds b;
+    b.lo = pti_sub(n->center, n->half);
+    b.hi = pti_add(n->center, n->half);
+    return b;
+}
+/* A node over many leaves: sums, then the cone about the mean normal that holds all of them. */
+static pti_light_node pti_light_node_of(const pti_light_node *leaf, size_t count) {
+    pti_bounds box = pti_bounds_empty(), b;
+    pt_vec3 sum = pt_v3(0, 0, 0);
+    float spread = 1, emits = 1, angle, sine;
+    pti_light_node n;
+    size_t i;
+    n.power = 0;
+    for (i = 0; i < count; i++) {
+        b = pti_light_box(leaf + i);
+        pti_bounds_merge(&box, &b);
+        n.power += leaf[i].power;
+        sum = pti_madd(leaf[i].axis, leaf[i].power * leaf[i].focus, sum);
+        emits = pti_min(emits, leaf[i].cos_reach);
     }
-    d = pti_sub(centers.hi, centers.lo);
-    axis = d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
-    middle = pti_axis(centers.lo, axis) + pti_axis(d, axis) / 2;
-    if (depth + pti_log2_ceil(end - begin) >= PTI_LIGHT_DEPTH) return begin + (end - begin) / 2;
-    for (i = begin; i < end; i++) {
-        b = pti_emitter_bounds(l->emitters + i);
-        if (pti_axis(pti_add(b.lo, b.hi), axis) < middle) {
-            pti_emitter moved = l->emitters[i];
-            l->emitters[i] = l->emitters[j];
-            l->emitters[j++] = moved;
-        }
+    n.center = pti_scale(pti_add(box.lo, box.hi), 0.5f);
+    n.half = pti_max3(pti_sub(box.hi, n.center), pti_sub(n.center, box.lo));
+    n.half = pti_madd(n.half, 1e-6f, n.half);
+    n.radius = pti_length(n.half);
+    n.focus = n.power > 0 ? pti_min(pti_length(sum) / n.power, 0.999f) : 0.0f;
+    n.axis = pti_is_zero3(sum) ? leaf[0].axis : pti_normalize(sum);
+    n.cos_reach = -1;
+    n.first = n.count = n.unused = 0;
+    if (emits <= -1) return n;
+    for (i = 0; i < count; i++) spread = pti_min(spread, pti_dot(n.axis, leaf[i].axis));
+    angle = pti_acos(pti_clamp(spread, -1, 1)) + pti_acos(pti_min(emits, 1)) + 1e-3f;      /* acos is steep at 1 */
+    if (angle < PTI_PI) pti_sincos(angle, &sine, &n.cos_reach);
+    return n;
+}
+
+/* Where to split: power x area x orientation of both sides, the longest extent over that along the axis as a penalty for
+   thin slices (Conty Estevez and Kulla). The solid angle into which light goes is 1 for one normal and 4 for all of
+   them, linear in |m| between. */
+typedef struct pti_light_bin { pti_bounds box; pt_vec3 sum; float power; } pti_light_bin;
+static void pti_light_bin_clear(pti_light_bin *b) {
+    b->box = pti_bounds_empty();
+    b->sum = pt_v3(0, 0, 0);
+    b->power = 0;
+}
+static void pti_light_bin_merge(pti_light_bin *b, const pti_light_bin *c) {
+    pti_bounds_merge(&b->box, &c->box);
+    b->sum = pti_add(b->sum, c->sum);
+    b->power += c->power;
+}
+static float pti_light_bin_cost(const pti_light_bin *b) {
+    return b->power > 0 ? pti_bounds_area(&b->box) * (4 * b->power - 3 * pti_length(b->sum)) : 0.0f;
+}
+static int pti_light_sweep(const pti_light_bin bins[PTI_BINS], float penalty, float *best) {
+    float right[PTI_BINS], cost;
+    pti_light_bin b;
+    int k, at = 0;
+    pti_light_bin_clear(&b);
+    for (k = PTI_BINS - 1; k > 0; k--) {
+        pti_light_bin_merge(&b, bins + k);
+        right[k] = b.power > 0 ? pti_light_bin_cost(&b) : -1.0f;
     }
-    return j == begin || j == end ? begin + (end - begin) / 2 : j;
-}
-static uint32_t pti_light_build(pti_lights *l, size_t begin, size_t end, int depth) {
-    uint32_t self = (uint32_t)l->node_count++;
-    pti_light_node *n = l->nodes + self;
-    size_t middle;
-    if (end - begin == 1) {
-        n->box = pti_emitter_bounds(l->emitters + begin);
-        n->power = pti_emitter_power(l->emitters + begin);
-        n->left = n->right = (uint32_t)begin;
-        return self;
+    pti_light_bin_clear(&b);
+    for (k = 1; k < PTI_BINS; k++) {
+        pti_light_bin_merge(&b, bins + k - 1);
+        if (!(b.power > 0) || right[k] < 0) continue;
+        cost = penalty * (pti_light_bin_cost(&b) + right[k]);
+        if (cost < *best) { *best = cost; at = k; }
     }
-    middle = pti_light_split(l, begin, end, depth);
-    n->left = pti_light_build(l, begin, middle, depth + 1);
-    n->right = pti_light_build(l, middle, end, depth + 1);
-    n->box = l->nodes[n->left].box;
-    pti_bounds_merge(&n->box, &l->nodes[n->right].box);
-    n->power = l->nodes[n->left].power + l->nodes[n->right].power;
-    return self;
+    return at;
 }
-static float pti_light_importance(const pti_lights *l, uint32_t node, pt_vec3 p) {
-    const pti_light_node *n = l->nodes + node;
-    pt_vec3 half = pti_scale(pti_sub(n->box.hi, n->box.lo), 0.5f), d = pti_sub(p, pti_add(n->box.lo, half));
-    if (n->left == n->right && !pti_emitter_faces(l->emitters + n->left, p)) return 0;
-    return n->power / (pti_max(pti_dot(d, d), pti_dot(half, half)) + 1e-30f);
+static float pti_light_bin_scale(const pti_bounds *centers, int axis) {
+    float extent = pti_axis(centers->hi, axis) - pti_axis(centers->lo, axis);
+    return extent > 1e-37f ? PTI_BINS / extent : 0.0f;
 }
-/* The left child's weight; -1 where neither shines on p. */
-static float pti_light_weight(const pti_lights *l, const pti_light_node *n, pt_vec3 p) {
-    float left = pti_light_importance(l, n->left, p), right = pti_light_importance(l, n->right, p);
-    return left + right > 0 ? left / (left + right) : -1.0f;
-}
-static int pti_lights_sample(const pti_lights *l, pt_vec3 p, uint32_t choice, float u, float v, pt_vec3 *wi) {
-    const pti_light_node *n = l->nodes;
-    while (n->left != n->right) {
-        float w = pti_light_weight(l, n, p);
-        if (w < 0) return 0;
-        n = l->nodes + (pti_split(&choice, w) ? n->left : n->right);
-    }
-    return pti_emitter_sample(l->emitters + n->left, p, u, v, wi);
-}
-/* Wider than the box by what the rounding of wi is at that distance, so that the tree never misses what a leaf counts. */
-static int pti_light_box_met(const pti_bounds *b, const pti_ray *r) {
-    float lo[3], hi[3], t0 = 0, t1 = FLT_MAX, pad = 0;
+static void pti_light_fill(const pti_light_node *leaf, size_t count, const pti_bounds *centers, int axis,
+                           pti_light_bin bins[PTI_BINS]) {
+    float lo = pti_axis(centers->lo, axis), scale = pti_light_bin_scale(centers, axis);
+    size_t i;
     int k;
-    lo[0] = b->lo.x; lo[1] = b->lo.y; lo[2] = b->lo.z;
-    hi[0] = b->hi.x; hi[1] = b->hi.y; hi[2] = b->hi.z;
-    for (k = 0; k < 3; k++) pad = pti_max(pad, pti_max(fabsf(lo[k] - r->org[k]), fabsf(hi[k] - r->org[k])));
-    pad *= 1e-6f;
-    for (k = 0; k < 3; k++) {
-        int back = r->near_row[k] & 1;
-        t0 = pti_max(t0, (back ? hi[k] + pad : lo[k] - pad) * r->inverse[k] + r->near_add[k]);
-        t1 = pti_min(t1, (back ? lo[k] - pad : hi[k] + pad) * r->inverse[k] + r->far_add[k]);
+    for (k = 0; k < PTI_BINS; k++) pti_light_bin_clear(bins + k);
+    for (i = 0; i < count; i++) {
+        const pti_light_node *n = leaf + i;
+        pti_bounds box = pti_light_box(n);
+        k = pti_bin_of(pti_axis(n->center, axis), lo, scale);
+        pti_bounds_merge(&bins[k].box, &box);
+        bins[k].sum = pti_madd(n->axis, n->power * n->focus, bins[k].sum);
+        bins[k].power += n->power;
     }
-    return t0 <= t1 * PTI_WIDEN;
 }
-static float pti_lights_pdf(const pti_lights *l, pt_vec3 p, pt_vec3 wi) {
-    struct { uint32_t node; float weight; } stack[PTI_LIGHT_DEPTH + 2];
-    float sum = 0;
-    int top = 0;
-    pti_ray r;
-    if (l->count == 1) return pti_emitter_pdf(l->emitters, p, wi);
-    pti_ray_prepare(&r, p, wi, 0, 0);
-    stack[top].node = 0;
-    stack[top++].weight = 1;
-    while (top) {
-        const pti_light_node *n = l->nodes + stack[--top].node;
-        float weight = stack[top].weight, w;
-        if (!pti_light_box_met(&n->box, &r)) continue;
-        if (n->left == n->right) { sum += weight * pti_emitter_pdf(l->emitters + n->left, p, wi); continue; }
-        w = pti_light_weight(l, n, p);
-        if (w < 0) continue;
-        if (w < 1) { stack[top].node = n->right; stack[top++].weight = weight * (1 - w); }
-        if (w > 0) { stack[top].node = n->left; stack[top++].weight = weight * w; }
+#define PTI_LIGHT_DEPTH 60
+/* Moves what goes left to the front; returns how many. Where no border is better than none, or the tree gets deep: half. */
+static size_t pti_light_split(pti_light_node *leaf, size_t count, int depth) {
+    pti_bounds centers = pti_bounds_empty();
+    pti_light_bin bins[PTI_BINS];
+    float best = FLT_MAX, longest, lo, scale;
+    size_t i, j = 0;
+    int axis, at, best_axis = -1, best_at = 0;
+    if (depth + pti_log2_ceil(count) >= PTI_LIGHT_DEPTH) return count / 2;
+    for (i = 0; i < count; i++) pti_bounds_point(&centers, leaf[i].center);
+    longest = pti_largest(pti_sub(centers.hi, centers.lo));
+    for (axis = 0; axis < 3; axis++) {
+        scale = pti_light_bin_scale(&centers, axis);
+        if (!(scale > 0)) continue;
+        pti_light_fill(leaf, count, &centers, axis, bins);
+        at = pti_light_sweep(bins, longest * scale, &best);
+        if (at) { best_axis = axis; best_at = at; }
     }
+    if (best_axis < 0) return count / 2;
+    lo = pti_axis(centers.lo, best_axis);
+    scale = pti_light_bin_scale(&centers, best_axis);
+    for (i = 0; i < count; i++)
+        if (pti_bin_of(pti_axis(leaf[i].center, best_axis), lo, scale) < best_at) {
+            pti_light_node moved = leaf[i];
+            leaf[i] = leaf[j];
+            leaf[j++] = moved;
+        }
+    return j;
+}
+/* A range of leaves, while the tree is built. The one with most power x area is split first. */
+typedef struct pti_light_range { pti_light_node *leaf; size_t count; pti_light_node node; float size; int depth; } pti_light_range;
+static pti_light_range pti_light_range_of(pti_light_node *leaf, size_t count, int depth) {
+    pti_light_range r;
+    pti_bounds box;
+    r.leaf = leaf; r.count = count; r.depth = depth;
+    r.node = count > 1 ? pti_light_node_of(leaf, count) : *leaf;
+    box = pti_light_box(&r.node);
+    r.size = count > 1 ? pti_bounds_area(&box) * r.node.power : -1.0f;
+    return r;
+}
+static uint32_t pti_light_open(const pti_light_range *all, pti_light_range child[PTI_WIDTH]) {
+    uint32_t count = 1, k, pick;
+    child[0] = *all;
+    while (count < PTI_WIDTH) {
+        pti_light_range whole;
+        size_t left;
+        for (k = 1, pick = 0; k < count; k++) if (child[k].size > child[pick].size) pick = k;
+        whole = child[pick];
+        if (whole.count == 1) break;
+        left = pti_light_split(whole.leaf, whole.count, whole.depth);
+        child[pick] = pti_light_range_of(whole.leaf, left, whole.depth + 1);
+        child[count++] = pti_light_range_of(whole.leaf + left, whole.count - left, whole.depth + 1);
+    }
+    return count;
+}
+static void pti_light_build(pti_lights *l, size_t self, const pti_light_range *all) {
+    pti_light_range child[PTI_WIDTH];
+    pti_light_node *n = l->nodes + self;
+    uint32_t k;
+    *n = all->node;
+    if (l->choose == PT_CHOOSE_UNIFORM) n->power = (float)all->count;
+    if (all->count == 1) return;
+    n->count = pti_light_open(all, child);
+    n->first = (uint32_t)l->node_count;
+    l->node_count += n->count;
+    for (k = 0; k < n->count; k++) pti_light_build(l, (size_t)n->first + k, child + k);
+}
+static int pti_lights_build(pti_lights *l, const pt_allocator *a) {            /* 0 when out of memory */
+    pti_light_node *leaves;
+    pti_light_range all;
+    void *nodes;
+    size_t i;
+    if (!l->count) return 1;
+    leaves = (pti_light_node *)pti_alloc(a, l->count, sizeof *leaves);
+    if (!leaves) return 0;
+    l->nodes = (pti_light_node *)pti_alloc(a, 2 * l->count, sizeof *l->nodes);
+    if (!l->nodes) { pti_free(a, leaves, l->count, sizeof *leaves); return 0; }
+    l->node_capacity = 2 * l->count;
+    for (i = 0; i < l->count; i++) leaves[i] = pti_light_leaf(l->emitters + i, (uint32_t)i);
+    all = pti_light_range_of(leaves, l->count, 0);
+    l->power = all.node.power;
+    l->node_count = 1;
+    pti_light_build(l, 0, &all);
+    pti_free(a, leaves, l->count, sizeof *leaves);
+    nodes = l->nodes;
+    i = (size_t)pti_shrink(a, &nodes, l->node_count, &l->node_capacity, sizeof *l->nodes);
+    l->nodes = (pti_light_node *)nodes;
+    return i != 0;
+}
+
+/* ---- walking */
+
+/* Something spread over [middle - reach, middle + reach]: the middle of what of it is above 0. */
+static float pti_middle_above(float middle, float reach) {
+    return middle >= reach ? middle : pti_max(middle + reach, 0) * 0.5f;
+}
+static float pti_box_reach(pt_vec3 half, pt_vec3 d) {    /* how far a box reaches from its centre along d, or against it */
+    return half.x * fabsf(d.x) + half.y * fabsf(d.y) + half.z * fabsf(d.z);
+}
+/* I / (Phi / pi). Zeros leave a little room for rounding. */
+static float pti_light_geometry(const pti_light_node *n, const pti_receiver *r) {
+    pt_vec3 d = pti_sub(n->center, r->p);
+    float d2 = pti_dot(d, d), D2 = pti_max(d2, 0.25f * n->radius * n->radius) + 1e-30f, inverse = 1 / sqrtf(D2);
+    float distance = d2 * inverse, e = 0.25f, at_p = 1, above, reach;
+    float room = 1e-6f * (distance + n->radius);
+    if (n->count && n->cos_reach > -1) {                 /* a lamp itself is asked later, by pti_emitter_faces */
+        above = -pti_dot(n->axis, d);
+        reach = pti_box_reach(n->half, n->axis);
+        if (n->cos_reach <= 0 ? above + reach + room <= n->cos_reach * (distance + n->radius)
+                              : above + reach + room <= n->cos_reach * (distance - n->radius)) return 0;
+    }
+    if (n->focus > 0) {
+        above = pti_middle_above(-pti_dot(n->axis, d), pti_box_reach(n->half, n->axis));
+        e = 0.25f * (1 - n->focus) + n->focus * pti_min(above * inverse, 1);
+    }
+    if (!pti_is_zero3(r->n)) {
+        at_p = pti_middle_above(pti_dot(r->n, d), pti_box_reach(n->half, r->n) + room);
+        at_p = pti_min(at_p * inverse, 1);
+    }
+    return e * at_p / D2;
+}
+static float pti_light_importance(const pti_lights *l, const pti_light_node *n, const pti_receiver *r) {
+    float g;
+    if (l->choose != PT_CHOOSE_TREE) return n->power;
+    g = pti_light_geometry(n, r);
+    if (!n->count && g > 0 && !pti_emitter_faces(l->emitters + n->first, r->p)) return 0;
+    return pti_min(n->power * g, 1e36f);
+}
+/* I of a node's children; returns the sum. */
+static double pti_light_weigh(const pti_lights *l, const pti_light_node *n, const pti_receiver *r, float I[PTI_WIDTH]) {
+    double sum = 0;
+    uint32_t k;
+    for (k = 0; k < n->count; k++) sum += (double)(I[k] = pti_light_importance(l, l->nodes + n->first + k, r));
     return sum;
 }
-/* An estimate of the light that falls on p from all emitters, per unit area; 0 if there is but one, and it faces away. */
-static float pti_lights_irradiance(const pti_lights *l, pt_vec3 p) {
-    if (!l->count) return 0;
-    return pti_light_importance(l, 0, p) * (1 / (4 * PTI_PI));
+/* Draws k with probability I[k] / sum, and leaves *u uniform again: pti_split for many. sum > 0 is that of all, in order. */
+static uint32_t pti_light_pick(const float I[PTI_WIDTH], uint32_t count, double sum, uint32_t *u) {
+    uint64_t from = 0, to = 0, low = pti_hash(*u ^ 0x5bd1e995u);
+    double run = 0;
+    uint32_t k;
+    for (k = 0; k < count; k++) {
+        from = to;
+        run += (double)I[k];
+        to = (uint64_t)(run / sum * 4294967296.0);
+        if (*u < to) break;
+    }
+    *u = (uint32_t)(((uint64_t)(*u - (uint32_t)from) << 32 | low) / (to - from));
+    return k;
+}
+static int pti_lights_sample(const pti_lights *l, const pti_receiver *r, uint32_t choice, float u, float v, pt_vec3 *wi) {
+    const pti_light_node *n = l->nodes;
+    float I[PTI_WIDTH];
+    while (n->count) {
+        double sum = pti_light_weigh(l, n, r, I);
+        if (!(sum > 0)) return 0;                        /* no child shines on p */
+        n = l->nodes + n->first + pti_light_pick(I, n->count, sum, &choice);
+    }
+    return pti_emitter_sample(l->emitters + n->first, r->p, u, v, wi);
+}
+
+/* A ray on its way through the tree. Boxes are widened by what the rounding of wi is at their distance, so that the tree
+   never misses what a leaf counts. */
+typedef struct pti_light_ray { const pti_lights *lights; const pti_receiver *receiver; pt_vec3 wi, inverse; } pti_light_ray;
+static float pti_light_slope(float d) { return fabsf(d) > 1e-16f ? 1 / d : 1e16f; }
+static int pti_light_met(const pti_light_node *n, const pti_light_ray *r) {
+    pt_vec3 d = pti_sub(n->center, r->receiver->p), v = r->inverse;
+    float pad = 1e-6f * (fabsf(d.x) + fabsf(d.y) + fabsf(d.z) + n->radius);
+    float x = d.x * v.x, y = d.y * v.y, z = d.z * v.z;
+    float a = (n->half.x + pad) * fabsf(v.x), b = (n->half.y + pad) * fabsf(v.y), c = (n->half.z + pad) * fabsf(v.z);
+    float t0 = pti_max(pti_max(x - a, y - b), pti_max(z - c, 0)), t1 = pti_min(pti_min(x + a, y + b), z + c);
+    return t0 <= t1;
+}
+static float pti_light_pdf(const pti_light_ray *r, const pti_light_node *n) {
+    const pti_lights *l = r->lights;
+    const pti_light_node *child = l->nodes + n->first;
+    float p[PTI_WIDTH], I[PTI_WIDTH], most = 0;
+    double sum, weighted = 0;
+    uint32_t k;
+    if (!n->count) return pti_emitter_pdf(l->emitters + n->first, r->receiver->p, r->wi);
+    for (k = 0; k < n->count; k++) {
+        p[k] = pti_light_met(child + k, r) ? pti_light_pdf(r, child + k) : 0.0f;
+        most = pti_max(most, p[k]);
+    }
+    if (!(most > 0)) return 0;
+    sum = pti_light_weigh(l, n, r->receiver, I);
+    if (!(sum > 0)) return 0;
+    for (k = 0; k < n->count; k++) weighted += (double)I[k] * (double)p[k];
+    return (float)(weighted / sum);
+}
+static float pti_lights_pdf(const pti_lights *l, const pti_receiver *receiver, pt_vec3 wi) {
+    pti_light_ray r;
+    if (l->count == 1) return pti_emitter_pdf(l->emitters, receiver->p, wi);
+    r.lights = l; r.receiver = receiver; r.wi = wi;
+    r.inverse = pt_v3(pti_light_slope(wi.x), pti_light_slope(wi.y), pti_light_slope(wi.z));
+    return pti_light_pdf(&r, l->nodes);
+}
+/* An estimate of the irradiance from all emitters, of which there is one at least; 0 if all face away. */
+static float pti_lights_irradiance(const pti_lights *l, const pti_receiver *r) {
+    const pti_light_node *root = l->nodes;
+    if (!root->count && !pti_emitter_faces(l->emitters + root->first, r->p)) return 0;
+    return pti_min(l->power * pti_light_geometry(root, r), 1e36f);
 }
 
 /* A sun: a disk at infinity, of even radiance L. A surface that faces it gets, for the angular radius r,
@@ -4523,11 +4760,13 @@ PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
     s = (pt_scene *)pti_alloc(&a, 1, sizeof *s);
     if (!s) return NULL;
     s->allocator = a;
-    if (desc) s->error.logger = desc->logger;
+    if (desc) { s->error.logger = desc->logger; s->lights.choose = desc->choose; }
     grey = pti_material_slot(s);
     if (!grey) { pt_scene_destroy(s); return NULL; }
     grey->desc.color = pt_v3(0.5f, 0.5f, 0.5f);
     pti_material_flags(grey, s->materials);
+    pti_check(s, s->lights.choose >= PT_CHOOSE_TREE && s->lights.choose <= PT_CHOOSE_UNIFORM, "pt_scene_create",
+              "choose is no pt_light_choice", (float)(int)s->lights.choose);
 #ifndef PT_ALLOW_FAST_MATH
     mode = pti_fpmode_enter();
     fuses = pti_fuses();
@@ -5174,7 +5413,7 @@ PT_DEF pt_light pt_add_light(pt_scene *s, const pt_light_desc *d) {
 static int pti_emitter_add(pt_scene *s, pti_emitter e) {
     void *array = s->lights.emitters;
     pti_emitter *slot;
-    if (!(e.area > 0) || !(e.luminance > 0)) return 1;
+    if (!(pti_emitter_area(&e) > 0) || !(e.luminance > 0)) return 1;
     slot = (pti_emitter *)pti_scene_slot(s, &array, &s->lights.count, &s->lights.capacity, sizeof *slot);
     s->lights.emitters = (pti_emitter *)array;
     if (!slot) return 0;
@@ -5188,10 +5427,30 @@ static int pti_emitter_add_quad(pt_scene *s, pt_vec3 p, pt_vec3 u, pt_vec3 v, pt
     e.n = n;
     if (skew <= 1e-6f * pti_length(u) * pti_length(v)) return pti_emitter_add(s, e);
     e.kind = PTI_TRIANGLE_LIGHT;
-    e.area /= 2;
     if (!pti_emitter_add(s, e)) return 0;
     e.p = pti_add(pti_add(p, u), v); e.e1 = pti_neg(u); e.e2 = pti_neg(v);
     return pti_emitter_add(s, e);
+}
+/* What a texture may hide from the points that its mean on a triangle is made of, where all of them are black: a little of the
+   brightest of the texels around; where those are too many to look at, or a function, of 1. 0: surely black. */
+static float pti_texture_hides(const pti_texture *t, float uv[3][2]) {
+    float s[3], w[3], found = 0, size[2];
+    int k, x, y, x0, x1, y0, y1;
+    if (!t->pixels) return t->eval || !pti_is_zero3(t->color_a) || !pti_is_zero3(t->color_b) ? 1.0f / 4096 : 0.0f;
+    size[0] = (float)t->width; size[1] = (float)t->height;
+    for (k = 0; k < 3; k++) {
+        pti_texture_st(t, uv[k][0], uv[k][1], s + k, w + k);
+        s[k] *= size[0]; w[k] *= size[1];
+        if (!(fabsf(s[k]) < 1e6f && fabsf(w[k]) < 1e6f)) return 1.0f / 4096;
+    }
+    x0 = (int)floorf(pti_min(s[0], pti_min(s[1], s[2]))) - 1; x1 = (int)floorf(pti_max(s[0], pti_max(s[1], s[2]))) + 1;
+    y0 = (int)floorf(pti_min(w[0], pti_min(w[1], w[2]))) - 1; y1 = (int)floorf(pti_max(w[0], pti_max(w[1], w[2]))) + 1;
+    if ((double)(x1 - x0 + 1) * (double)(y1 - y0 + 1) > 65536) return 1.0f / 4096;
+    for (y = y0; y <= y1; y++) for (x = x0; x <= x1; x++)
+        found = pti_max(found, pti_largest(pti_texel(t,
+            pti_texel_nearest(pti_wrap(((float)x + 0.5f) / size[0], t->wrap_u), t->width),
+            pti_texel_nearest(pti_wrap(((float)y + 0.5f) / size[1], t->wrap_v), t->height))));
+    return found / 4096;
 }
 /* Mean luminance of what a material emits on a triangle with these texture coordinates: how often it is sampled, no more. */
 static float pti_emission_luminance(const pti_material *m, float uv[3][2]) {
@@ -5201,7 +5460,9 @@ static float pti_emission_luminance(const pti_material *m, float uv[3][2]) {
     if (d->bsdf == PT_BSDF_MIX)
         sum = (1 - mix) * pti_emission_luminance(m->all + d->a.id, uv) + mix * pti_emission_luminance(m->all + d->b.id, uv);
     if (d->emission_texture.id) {
-        pt_vec3 mean = pti_texture_mean_on_triangle(pti_material_texture(m, d->emission_texture), uv[0], uv[1], uv[2]);
+        const pti_texture *t = pti_material_texture(m, d->emission_texture);
+        pt_vec3 mean = pti_texture_mean_on_triangle(t, uv[0], uv[1], uv[2]);
+        if (!(pti_luminance(mean) > 0)) { float hidden = pti_texture_hides(t, uv); mean = pt_v3(hidden, hidden, hidden); }
         c = pti_is_zero3(c) ? mean : pti_mul(c, mean);
     }
     return (sum + pti_luminance(c)) * (1 - d->transparency);
@@ -5270,14 +5531,6 @@ static int pti_collect_emitters(pt_scene *s, const pt_scene *from, const pti_ins
             if (!pti_emitter_add(s, e)) return 0;
         }
     }
-    return 1;
-}
-static int pti_lights_build(pti_lights *l, const pt_allocator *a) {
-    if (!l->count) return 1;
-    l->node_capacity = 2 * l->count - 1;
-    l->nodes = (pti_light_node *)pti_alloc(a, l->node_capacity, sizeof *l->nodes);
-    if (!l->nodes) { l->node_capacity = 0; return 0; }
-    pti_light_build(l, 0, l->count, 0);
     return 1;
 }
 /* A table of albedos, made once for each index and each roughness that differs along x and y. NULL: out of memory. */
@@ -5385,20 +5638,39 @@ typedef struct pti_mixture {
     const pt_scene *scene;
     const pt_vertex *x;
     const pti_surface *surface;
-    pt_vec3 origin;                                      /* of rays on wo's side: lamps are aimed at from there */
+    pti_receiver receiver;                               /* where rays on wo's side start: lamps are aimed at from there */
     float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities */
 } pti_mixture;
 
+/* What the light tree is to know of a surface. An opaque one sees nothing below its horizon, the true one, however its shading
+   normal bends; through others, and with users' BSDFs, light may come from anywhere. */
+static pti_receiver pti_receiver_at(const pti_surface *surface) {
+    const pt_vertex *x = surface->x;
+    pti_receiver r;
+    float side = pti_dot(x->ng, x->wo) < 0 ? -1.0f : 1.0f;
+    int i;
+    for (i = 0; i < surface->count; i++) {
+        pti_lobe_kind k = surface->lobes[i].kind;
+        if (k == PTI_THROUGH || k == PTI_THIN || k == PTI_GLASS || k == PTI_USER_LOBE) side = 0;
+    }
+    r.p = pti_spawn(x, x->wo);
+    r.n = pti_scale(x->ng, side);
+    return r;
+}
 static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface, const pt_weights *w) {
     pti_mixture mix;
     float from_lights, from_sky, rest;
     int automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
     mix.scene = s; mix.x = surface->x; mix.surface = surface;
     mix.bsdf = 1; mix.lights = mix.environment = mix.users = 0;
-    mix.origin = surface->x->p;
+    mix.receiver.p = surface->x->p;
+    mix.receiver.n = pt_v3(0, 0, 0);
     if (surface->delta > 0.999f) return mix;             /* deltas only */
-    mix.origin = pti_spawn(surface->x, surface->x->wo);
-    from_lights = pti_lights_irradiance(&s->lights, mix.origin);
+    from_lights = 0;
+    if (s->lights.count) {
+        mix.receiver = pti_receiver_at(surface);
+        from_lights = pti_lights_irradiance(&s->lights, &mix.receiver);
+    }
     from_sky = s->environment.irradiance;
     if (automatic) {                                     /* half for the BSDF, which bounds f / p; half for the light */
         rest = from_lights + from_sky;
@@ -5432,7 +5704,7 @@ static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
     size_t i;
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
-    if (m->lights > 0) p += m->lights * pti_lights_pdf(&s->lights, m->origin, wi);
+    if (m->lights > 0) p += m->lights * pti_lights_pdf(&s->lights, &m->receiver, wi);
     if (m->environment > 0) p += m->environment * pti_environment_pdf(&s->environment, wi);
     for (i = 0; i < s->density_count; i++)
         p += scale * s->densities[i].weight * s->densities[i].pdf(s->densities[i].user, m->x, wi);
@@ -5467,7 +5739,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
         drawn = pti_surface_sample(m->surface, u, v, choice[1], &scatter);
         step->wi = scatter.wi;
     } else if (m->lights > 0 && pti_split(&u, m->lights / others)) {
-        drawn = pti_lights_sample(&s->lights, m->origin, among, pti_u01(u), pti_u01(v), &step->wi);
+        drawn = pti_lights_sample(&s->lights, &m->receiver, among, pti_u01(u), pti_u01(v), &step->wi);
     } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
         drawn = m->environment > 0 && pti_environment_sample(&s->environment, u, pti_u01(v), &step->wi);
     } else {

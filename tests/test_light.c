@@ -83,10 +83,11 @@ static void tiny_flat_emitters(void) {
     int i, k;
     for (i = 0; i < 3; i++) for (k = 0; k < 2; k++) {
         pti_emitter e = k ? some_rect(0) : some_triangle(0);
-        double tiny = k ? (double)PTI_TINY_RECT : (double)PTI_TINY_TRIANGLE, cosine = 0.8, distance = sqrt(e.area * cosine / (tiny * ratio[i]));
+        double tiny = k ? (double)PTI_TINY_RECT : (double)PTI_TINY_TRIANGLE, cosine = 0.8, distance = sqrt(pti_emitter_area(&e) * cosine / (tiny * ratio[i]));
         pt_vec3 middle = pti_madd(pti_add(e.e1, e.e2), k ? 0.5f : 1 / 3.0f, e.p), c[3];
         pt_vec3 p = pti_madd(pt_v3(0.6f, 0, 0.8f), (float)distance, middle);
-        pti_rect r = pti_rect_seen_from(&e.frame, pti_sub(e.p, p));
+        pti_rect_frame frame = pti_rect_frame_of(e.e1, e.e2);
+        pti_rect r = pti_rect_seen_from(&frame, pti_sub(e.p, p));
         double S = k ? pti_rect_solid_angle(&r) : pti_emitter_triangle_angle(&e, p, c);
         CHECK((S < tiny) == (ratio[i] < 1));
         check_emitter(k ? "tiny rectangle" : "tiny triangle", e, p, 0.02, k ? 0.01 : 0.004);
@@ -163,14 +164,14 @@ static void densities_in_double(void) {
 
 /* ---- the light tree ---- */
 
-typedef struct forest { const pti_lights *l; pt_vec3 p; double total; int lost; } forest;
+typedef struct forest { const pti_lights *l; pti_receiver at; double total; int lost; } forest;
 static int forest_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
     forest *f = (forest *)ctx;
     int tries;
     for (tries = 0; tries < 100; tries++) {
         uint32_t choice = pt_rng_u32(rng);
         float u = pt_rng_float(rng), v = pt_rng_float(rng);
-        if (pti_lights_sample(f->l, f->p, choice, u, v, wi)) return 1;
+        if (pti_lights_sample(f->l, &f->at, choice, u, v, wi)) return 1;
         f->lost++;
         if (f->total < 1 - 1e-9) return 0;               /* this was no loss on a rim */
     }
@@ -178,20 +179,23 @@ static int forest_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
 }
 static double forest_pdf(void *ctx, pt_vec3 wi) {
     const forest *f = (const forest *)ctx;
-    return pti_lights_pdf(f->l, f->p, wi);
+    return pti_lights_pdf(f->l, &f->at, wi);
 }
 /* All leaves, no boxes: sum of P(leaf) p_leaf(wi), or with wi NULL the sum of P(leaf) over those that shine. */
-static double all_leaves(const pti_lights *l, uint32_t node, pt_vec3 p, const pt_vec3 *wi) {
-    const pti_light_node *n = l->nodes + node;
-    float w;
-    if (n->left == n->right) {
-        const pti_emitter *e = l->emitters + n->left;
-        return wi ? pti_emitter_pdf(e, p, *wi) : pti_emitter_faces(e, p);
+static double all_leaves(const pti_lights *l, const pti_light_node *n, const pti_receiver *at, const pt_vec3 *wi) {
+    float I[PTI_WIDTH];
+    double sum = 0, weights;
+    uint32_t k;
+    if (!n->count) {
+        const pti_emitter *e = l->emitters + n->first;
+        return wi ? pti_emitter_pdf(e, at->p, *wi) : pti_emitter_faces(e, at->p);
     }
-    w = pti_light_weight(l, n, p);
-    if (w < 0) return 0;
-    return (double)w * all_leaves(l, n->left, p, wi) + (1 - (double)w) * all_leaves(l, n->right, p, wi);
+    weights = pti_light_weigh(l, n, at, I);
+    for (k = 0; k < n->count; k++) if (I[k] > 0) sum += (double)I[k] / weights * all_leaves(l, l->nodes + n->first + k, at, wi);
+    return sum;
 }
+static pti_receiver receiver_at(pt_vec3 p, pt_vec3 n) { pti_receiver r; r.p = p; r.n = n; return r; }
+static pti_receiver anywhere(pt_vec3 p) { return receiver_at(p, pt_v3(0, 0, 0)); }
 /* n lamps of all kinds, some behind each other, some within each other. */
 static pt_scene *lamps(int n, int two_sided) {
     pt_scene *s = pt_scene_create(NULL);
@@ -221,10 +225,10 @@ static void light_tree(void) {
             chi2_directions_desc d;
             forest f;
             memset(&d, 0, sizeof d);
-            f.l = &s->lights; f.p = pt_v3(from[k][0], from[k][1], from[k][2]); f.lost = 0;
-            f.total = all_leaves(f.l, 0, f.p, NULL);
+            f.l = &s->lights; f.at = anywhere(pt_v3(from[k][0], from[k][1], from[k][2])); f.lost = 0;
+            f.total = all_leaves(f.l, f.l->nodes, &f.at, NULL);
             test_case("%d lights, side %d, place %d, total %g", count[i], side, k, f.total);
-            if (f.total <= 0) { CHECK(pti_lights_pdf(f.l, f.p, pt_v3(0, 0, 1)) == 0); continue; }
+            if (f.total <= 0) { CHECK(pti_lights_pdf(f.l, &f.at, pt_v3(0, 0, 1)) == 0); continue; }
             d.sample = forest_sample; d.pdf = forest_pdf; d.ctx = &f;
             d.total = f.total; d.n = count[i] == 100 ? 4000 : 10000; d.tolerance = 0.006;
             d.ax = 0.3; d.ay = 0.9; d.az = 0.2;
@@ -244,20 +248,246 @@ static void every_emitter_counts(void) {
         for (k = 0; k < 3000; k++) {
             pt_vec3 p = pti_scale(stats_direction(&rng), 8 * pt_rng_float(&rng)), wi = stats_direction(&rng);
             float u = pt_rng_float(&rng), v = pt_rng_float(&rng);
+            pti_receiver at = anywhere(p);
             double want;
             size_t j;
             int here = 0;
-            if (k & 1 && !pti_lights_sample(&s->lights, p, pt_rng_u32(&rng), u, v, &wi)) continue;
-            want = all_leaves(&s->lights, 0, p, &wi);
+            if (k & 1 && !pti_lights_sample(&s->lights, &at, pt_rng_u32(&rng), u, v, &wi)) continue;
+            want = all_leaves(&s->lights, s->lights.nodes, &at, &wi);
             for (j = 0; j < s->lights.count; j++) here += pti_emitter_pdf(s->lights.emitters + j, p, wi) > 0;
             several += here > 1;
             none += here == 0;
             test_case("%d lights, case %d", count[i], k);
-            CHECK_NEAR(pti_lights_pdf(&s->lights, p, wi), want, 1e-5 * want);
+            CHECK_NEAR(pti_lights_pdf(&s->lights, &at, wi), want, 1e-5 * want);
         }
         pt_scene_destroy(s);
     }
     CHECK(several > 1000 && none > 500);
+}
+
+/* Random places, near, far and within, with a horizon or without. */
+static pti_receiver some_receiver(pt_rng *rng, float size) {
+    pt_vec3 p = pti_scale(stats_direction(rng), size * pt_rng_float(rng)), n = stats_direction(rng);
+    return pt_rng_u32(rng) % 4 ? receiver_at(p, n) : anywhere(p);
+}
+/* Lamps of every kind, small and large, one-sided, two-sided and spots, in crowds and alone. */
+static pt_scene *medley(int n, pt_light_choice choose) {
+    pt_scene *s = pt_scene_create(&(pt_scene_desc){ .choose = choose });
+    pt_rng rng;
+    int i;
+    pt_rng_seed(&rng, 21, (uint64_t)n);
+    for (i = 0; i < n; i++) {
+        float size = 0.03f + 0.6f * (float)(i % 17 == 0), radiance = 0.1f + 3 * pt_rng_float(&rng);
+        pt_vec3 c = pti_scale(stats_direction(&rng), 4 * pt_rng_float(&rng)), u = stats_direction(&rng), v = stats_direction(&rng);
+        pt_material m = lamp(s, radiance, i % 5 == 0);
+        if (i % 3 == 0) c = pti_madd(u, 0.3f, pt_v3(2, 0, 1));         /* a crowd that looks outwards */
+        if (i % 7 == 6) pt_add_light(s, &(pt_light_desc){ .kind = i % 2 ? PT_LIGHT_SPOT : PT_LIGHT_POINT, .position = c, .direction = u,
+            .radius = size, .cone_deg = 5 + 85 * pt_rng_float(&rng), .color = { 1, 1, 1 } });
+        else if (i % 7 == 5) pt_add_sphere(s, c, size, m);
+        else if (i % 2) pt_add_quad(s, c, pti_scale(u, size), pti_scale(pti_normalize(pti_cross(u, v)), size), m);
+        else triangle_of(s, c, pti_madd(pti_normalize(pti_cross(u, v)), size, c), pti_madd(pti_normalize(pti_cross(u, pti_cross(u, v))), size, c), m);
+    }
+    commit(s);
+    return s;
+}
+/* Does the lamp send anything to the upper side of r? Looked for by directions. */
+static int shines_on(const pti_emitter *e, const pti_receiver *r, pt_rng *rng) {
+    int i;
+    for (i = 0; i < 20; i++) {
+        float u = pt_rng_float(rng), v = pt_rng_float(rng);
+        pt_vec3 wi, from;
+        if (!pti_emitter_sample(e, r->p, u, v, &wi)) continue;
+        from = pti_sub(pti_neg(wi), e->n);
+        if (e->spot > 0 && 0.5f * pti_dot(from, from) > e->spot) continue;
+        if (pti_is_zero3(r->n) || pti_dot(r->n, wi) > 1e-4f) return 1;
+    }
+    return 0;
+}
+/* The probability of each lamp; -1 for one that was never reached. */
+static void leaf_probabilities(const pti_lights *l, const pti_light_node *n, const pti_receiver *at, double p, double *out) {
+    float I[PTI_WIDTH];
+    double sum;
+    uint32_t k;
+    if (!n->count) { out[n->first] = p; return; }
+    sum = pti_light_weigh(l, n, at, I);
+    for (k = 0; k < n->count; k++) leaf_probabilities(l, l->nodes + n->first + k, at, sum > 0 ? p * (double)I[k] / sum : 0.0, out);
+}
+static void no_lamp_is_forgotten(void) {
+    static const int count[] = { 1, 3, 30, 300, 2000 };
+    static double p[4000];                               /* a skew quad is two lamps */
+    int i, k, seen = 0, dark = 0;
+    for (i = 0; i < 5; i++) {
+        pt_scene *s = medley(count[i], PT_CHOOSE_TREE);
+        pt_rng rng;
+        pt_rng_seed(&rng, 22, 22);
+        for (k = 0; k < (count[i] == 2000 ? 60 : 300); k++) {
+            pti_receiver r = some_receiver(&rng, k % 3 ? 5.0f : 50.0f);
+            double all = 0;
+            size_t j;
+            int any = 0;
+            if (k % 5 == 0) r.p = pti_madd(r.n, 0.01f, s->lights.emitters[(size_t)k % s->lights.count].p);
+            for (j = 0; j < s->lights.count; j++) p[j] = -1;
+            leaf_probabilities(&s->lights, s->lights.nodes, &r, 1, p);
+            test_case("%d lamps, place %d", count[i], k);
+            for (j = 0; j < s->lights.count; j++) {
+                int shines = shines_on(s->lights.emitters + j, &r, &rng);
+                CHECK(p[j] >= 0);                        /* each is in the tree */
+                if (shines && s->lights.count > 1 && !CHECK(p[j] > 0)) break;
+                if (shines && !CHECK(pti_lights_irradiance(&s->lights, &r) > 0)) break;
+                all += p[j];
+                any |= shines;
+            }
+            CHECK(all < 1 + 1e-5);
+            if (any && s->lights.count < 8) CHECK_NEAR(all, 1, 1e-5);          /* one node: nothing can be lost */
+            seen += any;
+            dark += !any;
+        }
+        pt_scene_destroy(s);
+    }
+    CHECK(seen > 500 && dark > 20);
+}
+/* sample against pdf, and pdf against all leaves, for receivers everywhere and each way to choose. */
+static void receivers(void) {
+    int n, choose, k;
+    for (n = 5; n <= 500; n *= 10) for (choose = 0; choose < 3; choose++) {
+        pt_scene *s = medley(n, (pt_light_choice)choose);
+        pt_rng rng;
+        pt_rng_seed(&rng, 23, 23);
+        for (k = 0; k < 6; k++) {
+            pti_receiver r = some_receiver(&rng, k % 2 ? 4.0f : 12.0f);
+            chi2_directions_desc d;
+            forest f;
+            int i;
+            memset(&d, 0, sizeof d);
+            f.l = &s->lights; f.at = r; f.lost = 0;
+            f.total = all_leaves(f.l, f.l->nodes, &r, NULL);
+            test_case("%d lamps, choice %d, place %d, total %g", n, choose, k, f.total);
+            for (i = 0; i < 300; i++) {
+                pt_vec3 wi = stats_direction(&rng);
+                float u = pt_rng_float(&rng), v = pt_rng_float(&rng);
+                double want;
+                if (i & 1 && !pti_lights_sample(f.l, &r, pt_rng_u32(&rng), u, v, &wi)) continue;
+                want = all_leaves(f.l, f.l->nodes, &r, &wi);
+                if (!CHECK_NEAR(pti_lights_pdf(f.l, &r, wi), want, 2e-6 * want)) break;
+            }
+            if (f.total < 1e-9 || n == 500) continue;
+            d.sample = forest_sample; d.pdf = forest_pdf; d.ctx = &f;
+            d.total = f.total < 1 - 1e-6 ? f.total : 1;
+            d.n = 4000; d.tolerance = 0.02; d.zero_allowed = 3;
+            d.ax = 0.3; d.ay = 0.9; d.az = 0.2;
+            if (f.total < 1 - 1e-9) f.total = 0;         /* each draw once */
+            chi2_directions(&d);
+        }
+        pt_scene_destroy(s);
+    }
+}
+/* By power and uniformly: what the words say. */
+static void simple_choices(void) {
+    static double p[200];
+    int choose, k, n;
+    for (choose = PT_CHOOSE_POWER; choose <= PT_CHOOSE_UNIFORM; choose++) {
+        pt_scene *s = medley(100, (pt_light_choice)choose);
+        pti_receiver r = anywhere(pt_v3(1, 2, 3));
+        double power = 0;
+        n = (int)s->lights.count;
+        if (!CHECK(n >= 100 && n <= 200)) return;
+        for (k = 0; k < n; k++) power += (double)pti_light_leaf(s->lights.emitters + k, 0).power;
+        leaf_probabilities(&s->lights, s->lights.nodes, &r, 1, p);
+        for (k = 0; k < n; k++) {
+            test_case("choice %d, lamp %d", choose, k);
+            CHECK_NEAR(p[k] / (choose == PT_CHOOSE_UNIFORM ? 1.0 / n : (double)pti_light_leaf(s->lights.emitters + k, 0).power / power), 1, 1e-5);
+        }
+        pt_scene_destroy(s);
+    }
+    {
+        pt_scene *s = pt_scene_create(&(pt_scene_desc){ .choose = (pt_light_choice)7 });
+        CHECK(pt_scene_commit(s) == PT_ERR_ARG && strstr(pt_scene_error(s), "choose"));
+        pt_scene_destroy(s);
+    }
+}
+static void many_lamps_at_once(void) {                   /* crowds, copies in one place, and a line: built at once, no deeper than allowed */
+    enum { N = 60000 };
+    static float v[9 * N];
+    int kind, i, k;
+    for (kind = 0; kind < 3; kind++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_rng rng;
+        size_t leaves = 0, j;
+        pt_rng_seed(&rng, 24, 24);
+        for (i = 0; i < N; i++) {
+            pt_vec3 c = kind == 0 ? stats_uniform3(&rng) : kind == 1 ? pt_v3(1, 2, 3) : pt_v3((float)exp(-(double)i / 900), 0, 0);
+            for (k = 0; k < 9; k++) v[9 * i + k] = pti_axis(c, k % 3) + (k == 3 || k == 7 ? 1e-3f : 0.0f);
+        }
+        pt_add_mesh(s, &(pt_mesh_desc){ .positions = v, .vertex_count = 3 * N, .material = lamp(s, 1, 1), .borrow = 1 });
+        test_case("kind %d", kind);
+        if (commit(s)) {
+            pti_receiver r = anywhere(pt_v3(0.5f, 0.2f, 0.7f));
+            pt_vec3 wi;
+            CHECK_EQ_INT(s->lights.count, N);
+            CHECK(s->lights.node_count == s->lights.node_capacity && s->lights.node_count < (kind == 1 ? 2 * N : N * 3 / 2));
+            for (j = 0; j < s->lights.node_count; j++) leaves += !s->lights.nodes[j].count;
+            CHECK_EQ_INT(leaves, N);
+            for (i = 0; i < 100; i++) {
+                double want;
+                if (!pti_lights_sample(&s->lights, &r, pt_rng_u32(&rng), 0.4f, 0.3f, &wi)) continue;
+                want = kind == 1 && i > 2 ? 0 : all_leaves(&s->lights, s->lights.nodes, &r, &wi);
+                if (want > 0) CHECK_NEAR(pti_lights_pdf(&s->lights, &r, wi), want, 1e-4 * want);
+            }
+        }
+        pt_scene_destroy(s);
+    }
+}
+typedef struct stingy { long calls, fail_at, live; } stingy;
+static void *stingy_alloc(void *user, size_t size, size_t align) {
+    stingy *m = (stingy *)user;
+    void *p = NULL;
+    if (++m->calls == m->fail_at) return NULL;
+    if (posix_memalign(&p, align < sizeof p ? sizeof p : align, size)) return NULL;
+    m->live++;
+    return p;
+}
+static void stingy_free(void *user, void *p, size_t size) { (void)size; ((stingy *)user)->live--; free(p); }
+static void lamps_without_memory(void) {
+    long n, failed = 0;
+    for (n = 1; n < 1000; n++) {
+        stingy m = { 0, 0, 0 };
+        pt_scene_desc d;
+        pt_scene *s;
+        pt_result r;
+        int i;
+        m.fail_at = n;
+        memset(&d, 0, sizeof d);
+        d.allocator.alloc = stingy_alloc; d.allocator.free = stingy_free; d.allocator.user = &m;
+        s = pt_scene_create(&d);
+        for (i = 0; s && i < 20; i++) pt_add_sphere(s, pt_v3((float)i, 0, 0), 0.1f, i ? (pt_material){ 1 } : lamp(s, 1, 0));
+        r = pt_scene_commit(s);
+        pt_scene_destroy(s);
+        CHECK_EQ_INT(m.live, 0);
+        if (r == PT_OK) break;
+        CHECK(r == PT_ERR_MEMORY);
+        failed++;
+    }
+    CHECK(failed > 8 && failed < 900);
+}
+/* A picture of 4096 x 4 that is black but for one texel: its triangle is a lamp, and the black one beside it is none. */
+static void a_hidden_texel_counts(void) {
+    static float pixels[4096 * 4];
+    int bright;
+    for (bright = 0; bright < 2; bright++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_vec3 v[3];
+        float uv[6] = { 0, 0, 1, 0, 0, 1 };
+        pt_texture t;
+        memset(pixels, 0, sizeof pixels);
+        pixels[2 * 4096 + 11] = bright ? 1000.0f : 0.0f;
+        t = pt_add_texture(s, &(pt_texture_desc){ .width = 4096, .height = 4, .channels = 1, .bits = 32, .pixels = pixels, .nearest = 1 });
+        v[0] = pt_v3(0, 0, 0); v[1] = pt_v3(1, 0, 0); v[2] = pt_v3(0, 1, 0);
+        pt_add_mesh(s, &(pt_mesh_desc){ .positions = &v[0].x, .vertex_count = 3, .uvs = uv, .material =
+            pt_add_material(s, &(pt_material_desc){ .emission_texture = t }) });
+        test_case("bright %d", bright);
+        if (commit(s)) CHECK_EQ_INT(s->lights.count, bright);
+        pt_scene_destroy(s);
+    }
 }
 
 /* ---- the environment ---- */
@@ -534,6 +764,25 @@ static void many_lamps(void) {
         pt_add_instance(s, inner, &up);
         test_case("%d lamps, side %d", count[i], side);
         if (commit(s)) { CHECK_EQ_INT(s->lights.count, count[i]); check_agreement(s); }
+        pt_scene_destroy(s);
+        pt_scene_destroy(inner);
+    }
+}
+/* Lamps on all sides of a floor that lets light through, or whose normals lean over, by each way to choose. */
+static void lamps_all_around(void) {
+    static const float normals[] = { 0.9f, 0.4f, 0, 0.9f, 0.4f, 0, 0.9f, 0.4f, 0 };
+    static const char *const names[] = { "plain", "translucent", "leaning", "glass" };
+    int kind, choose;
+    for (kind = 0; kind < 4; kind++) for (choose = 0; choose < 3; choose++) {
+        pt_scene *inner = lamps(30, choose == 1), *s = pt_scene_create(&(pt_scene_desc){ .choose = (pt_light_choice)choose });
+        pt_vec3 v[3];
+        pt_material m = pt_add_material(s, &(pt_material_desc){ .color = { 0.8f, 0.8f, 0.8f }, .translucency = kind == 1 ? 0.6f : 0.0f,
+            .bsdf = kind == 3 ? PT_BSDF_DIELECTRIC : PT_BSDF_DIFFUSE, .roughness = kind == 3 ? 0.7f : 0.0f });
+        v[0] = pt_v3(-1, 0, -1); v[1] = pt_v3(0, 0, 1.5f); v[2] = pt_v3(1, 0, -1);
+        pt_add_mesh(s, &(pt_mesh_desc){ .positions = &v[0].x, .vertex_count = 3, .normals = kind == 2 ? normals : NULL, .material = m });
+        pt_add_instance(s, inner, &(pt_xform){ { 1, 0, 0, 0.1f, 0, 1, 0, 0.2f, 0, 0, 1, 0.1f } });
+        test_case("%s, choice %d", names[kind], choose);
+        if (commit(s)) check_agreement(s);
         pt_scene_destroy(s);
         pt_scene_destroy(inner);
     }
@@ -960,6 +1209,12 @@ void test_light(void) {
     RUN(densities_in_double);
     RUN(light_tree);
     RUN(every_emitter_counts);
+    RUN(no_lamp_is_forgotten);
+    RUN(receivers);
+    RUN(simple_choices);
+    RUN(many_lamps_at_once);
+    RUN(lamps_without_memory);
+    RUN(a_hidden_texel_counts);
     RUN(environments);
     RUN(bright_is_likely);
     RUN(texel_directions);
@@ -968,6 +1223,7 @@ void test_light(void) {
     RUN(irradiance);
     RUN(distant_lamps);
     RUN(many_lamps);
+    RUN(lamps_all_around);
     RUN(lamps_in_instances);
     RUN(sun_irradiance);
     RUN(sun_in_the_sky);
