@@ -4173,9 +4173,9 @@ static void pti_sky_map(const pti_sky *k, pt_vec3 *map, int width, int height) {
 #define PTI_RECEIVER_GRID 16
 #define PTI_RECEIVERS (PTI_RECEIVER_GRID * PTI_RECEIVER_GRID + 1)
 #define PTI_RECEIVER_ALL (PTI_RECEIVERS - 1)
-#define PTI_RECEIVER_SPREAD 0.01f
+#define PTI_RECEIVER_SPREAD 0.02f
 #define PTI_COMPENSATION 0.5f                            /* w */
-#define PTI_COMPENSATION_LEAST 0.2f                      /* of L stays */
+#define PTI_COMPENSATION_LEAST 0.5f                      /* of L stays */
 
 typedef struct pti_environment {
     int present, textured;                               /* textured: by picture or by callback */
@@ -4258,18 +4258,36 @@ static pti_table2 pti_environment_field(const pti_environment *e, int field) {
     t.cells = t.rows + e->down + 1;
     return t;
 }
-/* u decides for a part first, and is stretched to be whole again. */
+/* Which of n parts u in [0,1) draws, or groups of `step` parts; *u becomes the place within it. */
+static int pti_parts_find(const float *parts, int n, int step, float *u) {
+    double begin = (double)parts[0], t = begin + ((double)parts[n * step] - begin) * (double)*u, width;
+    int lo = 0, hi = n;
+    while (hi - lo > 1) {
+        int mid = (lo + hi) / 2;
+        if ((double)parts[mid * step] <= t) lo = mid; else hi = mid;
+    }
+    width = (double)parts[(lo + 1) * step] - (double)parts[lo * step];
+    *u = width > 0 ? pti_clamp((float)((t - (double)parts[lo * step]) / width), 0, 1 - FLT_EPSILON / 2) : 0.5f;
+    return lo;
+}
+/* u decides between map and suns first; then v draws a row of fields and one of the cells in it, u the columns. */
 static int pti_environment_sample(const pti_environment *e, int receiver, uint32_t u, float v, pt_vec3 *wi) {
     const float *parts = pti_environment_parts(e, receiver);
-    int i = pti_table_find(parts, e->part_count, pti_u01(u));
-    float x = (float)(((double)u / 4294967296.0 - (double)parts[i]) / ((double)parts[i + 1] - (double)parts[i])), y;
     pti_table2 field;
-    x = pti_clamp(x, 0, 1 - FLT_EPSILON / 2);
-    if (i >= e->field_count) return pti_sun_sample(e->suns + (i - e->field_count), x, v, wi);
-    field = pti_environment_field(e, i);
+    float x, y;
+    int row, column;
+    if (e->sun_count && !pti_split(&u, parts[e->field_count])) {
+        x = pti_u01(u);
+        column = pti_parts_find(parts + e->field_count, (int)e->sun_count, 1, &x);
+        return pti_sun_sample(e->suns + column, x, v, wi);
+    }
+    x = pti_u01(u);
+    row = pti_parts_find(parts, PTI_ENVIRONMENT_DOWN, PTI_ENVIRONMENT_ACROSS, &v);
+    column = pti_parts_find(parts + row * PTI_ENVIRONMENT_ACROSS, PTI_ENVIRONMENT_ACROSS, 1, &x);
+    field = pti_environment_field(e, row * PTI_ENVIRONMENT_ACROSS + column);
     pti_sample_table2(&field, x, v, &x, &y);
-    x = (x + (float)(i % PTI_ENVIRONMENT_ACROSS)) / PTI_ENVIRONMENT_ACROSS;
-    y = (y + (float)(i / PTI_ENVIRONMENT_ACROSS)) / PTI_ENVIRONMENT_DOWN;
+    x = (x + (float)column) / PTI_ENVIRONMENT_ACROSS;
+    y = (y + (float)row) / PTI_ENVIRONMENT_DOWN;
     *wi = pti_normalize(pti_environment_turn(e, pti_uv_to_direction(x, y), 1));
     return 1;
 }
