@@ -145,13 +145,18 @@ typedef struct pt_vertex {
 
 /* A density over directions: what the path tracer's mixture is made of. BSDF lobes, lights, the environment and whatever
    a user adds are all this one thing. sample returns 0 if it can draw none (that share of the mixture is then lost,
-   not biased); pdf returns what sample draws with, per steradian, for every unit wi. Called from all render threads. */
+   not biased); pdf returns what sample draws with, per steradian, for every unit wi: 0 where sample never goes, and the
+   integral over all wi is how often sample does not return 0. Mirrors and clear glass have no use for densities and do not
+   ask. A density that has nothing to offer at some vertices says so in importance, and its share there goes to the
+   others. Called from all render threads. */
 typedef struct pt_density_desc {
     float weight;                                         /* share in every mixture; 0 = 0.25. What the users'
                                                              densities leave is for the built-in parts */
     int   (*sample)(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi);
     float (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi);
     void  *user;
+    float (*importance)(void *user, const pt_vertex *x);  /* how much of weight it wants at x, 0 to 1, the same whenever it is
+                                                             asked; NULL = all */
 } pt_density_desc;
 PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d);
 
@@ -5545,7 +5550,8 @@ typedef struct pti_mixture {
     const pt_vertex *x;
     const pti_surface *surface;
     pt_vec3 origin;                                      /* of rays on wo's side: lamps are aimed at from there */
-    float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities */
+    float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities, which is */
+    float asked;                                         /* what they ask for, or less */
     int receiver;                                        /* which of the environment's tables */
 } pti_mixture;
 
@@ -5561,13 +5567,17 @@ static pt_vec3 pti_surface_normal(const pti_surface *s) {
     return n;
 }
 
+static float pti_density_share(const pt_density_desc *d, const pt_vertex *x) {
+    return d->importance ? d->weight * pti_unit(d->importance(d->user, x)) : d->weight;
+}
 static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface, const pt_weights *w) {
     pti_mixture mix;
     pt_vec3 normal;
     float from_lights, from_sky, rest;
+    size_t i;
     int automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
     mix.scene = s; mix.x = surface->x; mix.surface = surface;
-    mix.bsdf = 1; mix.lights = mix.environment = mix.users = 0;
+    mix.bsdf = 1; mix.lights = mix.environment = mix.users = mix.asked = 0;
     mix.receiver = PTI_RECEIVER_ALL;
     mix.origin = surface->x->p;
     if (surface->delta > 0.999f) return mix;             /* deltas only */
@@ -5584,7 +5594,8 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
         if (all > 0) { mix.lights = l / all; mix.environment = e / all; mix.bsdf = w->bsdf / all; }
     }
     if (automatic) mix.bsdf = 1 - mix.lights - mix.environment;
-    mix.users = s->density_weight;
+    for (i = 0; i < s->density_count; i++) mix.users += pti_density_share(s->densities + i, surface->x);
+    mix.asked = mix.users;
     mix.lights *= 1 - mix.users;
     mix.environment *= 1 - mix.users;
     mix.bsdf *= 1 - mix.users;
@@ -5604,25 +5615,29 @@ static void pti_mixture_calm(pti_mixture *m, float potential) {
    that is 0, nobody wants to know p. */
 static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
     const pt_scene *s = m->scene;
-    float p, scale = s->density_weight > 0 ? m->users / s->density_weight : 0.0f;
+    float p, share;
     size_t i;
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
     if (m->lights > 0) p += m->lights * pti_lights_pdf(&s->lights, m->origin, wi);
     if (m->environment > 0) p += m->environment * pti_environment_pdf(&s->environment, m->receiver, wi);
-    for (i = 0; i < s->density_count; i++)
-        p += scale * s->densities[i].weight * s->densities[i].pdf(s->densities[i].user, m->x, wi);
+    for (i = 0; m->users > 0 && i < s->density_count; i++) {
+        share = pti_density_share(s->densities + i, m->x);
+        if (share > 0) p += m->users / m->asked * share * s->densities[i].pdf(s->densities[i].user, m->x, wi);
+    }
     return p;
 }
 static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const float u[2], pt_vec3 *wi) {
-    const pt_scene *s = m->scene;
-    float left = s->density_weight;
-    size_t i;
-    for (i = 0; i + 1 < s->density_count; i++) {
-        if (pti_split(choice, s->densities[i].weight / left)) break;
-        left -= s->densities[i].weight;
+    const pt_density_desc *d = m->scene->densities, *last = d + m->scene->density_count, *drawn = d;
+    float left = m->asked, share;
+    for (; d < last; d++) {
+        share = pti_density_share(d, m->x);
+        if (!(share > 0)) continue;
+        drawn = d;
+        if (pti_split(choice, share / left)) break;
+        left -= share;
     }
-    return s->densities[i].sample(s->densities[i].user, m->x, u, wi);
+    return drawn->sample(drawn->user, m->x, u, wi);
 }
 
 /* A next direction: weight = f |cos| / p. */
