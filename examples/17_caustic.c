@@ -82,15 +82,19 @@ static void shine(const pt_scene *s, pt_rng *rng) {
     }
 }
 
-int main(int argc, char **argv) {
-    pt_scene *s = pt_scene_create(NULL);
+static void build(pt_scene *s) {
     pt_material wood  = pt_add_material(s, &(pt_material_desc){ .color = {.6f, .52f, .45f} });
     pt_material glass = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_DIELECTRIC, .ior = 1.5f });
-    pt_rng rng;
     pt_add_quad(s, pt_v3(-40, 0, -40), pt_v3(0, 0, 80), pt_v3(80, 0, 0), wood);
     pt_add_sphere(s, ball, ball_radius, glass);
-    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_POINT, .position = lamp, .radius = lamp_radius, .color = {190, 180, 160} });
+    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_POINT, .position = lamp, .radius = lamp_radius,
+        .color = {190, 180, 160} });
     pt_add_light(s, &(pt_light_desc){ .color = {.08f, .10f, .13f} });
+}
+int main(int argc, char **argv) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_rng rng;
+    build(s);
     pt_add_density(s, &(pt_density_desc){ .weight = .5f, .sample = sample, .pdf = pdf, .importance = importance });
     if (pt_scene_commit(s) != PT_OK) { fprintf(stderr, "%s\n", pt_scene_error(s)); return 1; }
     pt_rng_seed(&rng, 1, 1);

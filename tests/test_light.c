@@ -344,6 +344,106 @@ static void bright_is_likely(void) {
         pt_scene_destroy(s);
     }
 }
+/* Maps whose texels are no multiple of the table's cells, and nearly black ones; for receivers of several normals. */
+static const struct { int width, height, spots; float ground, bright; } odd_map[] = {
+    { 1, 1, 0, 1, 0 }, { 1, 37, 9, 0, 3 }, { 41, 1, 7, 0, 3 }, { 7, 3, 2, 0.1f, 5 }, { 100, 50, 1, 0, 1 }, { 100, 50, 1, 0.3f, 1e6f },
+    { 33, 64, 3, 0, 1e6f } };
+#define ODD_MAPS ((int)(sizeof odd_map / sizeof *odd_map))
+static pt_scene *odd_sky(int k, pt_scene *s) {
+    int i, n = odd_map[k].width * odd_map[k].height;
+    if (!s) s = pt_scene_create(NULL);
+    for (i = 0; i < n; i++) map_pixels[i] = odd_map[k].ground;
+    for (i = 0; i < odd_map[k].spots; i++) map_pixels[(i * 29 + n / 3) % n] = odd_map[k].bright;
+    pt_add_light(s, &(pt_light_desc){ .texture = grey_map(s, map_pixels, odd_map[k].width, odd_map[k].height), .rotate_deg = 31 });
+    commit(s);
+    return s;
+}
+static void odd_maps(void) {
+    static const float normal[][3] = { { 0, 0, 0 }, { 0, 1, 0 }, { 0.3f, -0.5f, 0.8f } };
+    int k, i;
+    for (k = 0; k < ODD_MAPS; k++) {
+        pt_scene *s = odd_sky(k, NULL);
+        pt_rng rng;
+        for (i = 0; i < 3; i++) {
+            turned_sky t;
+            if (i == k % 3) continue;
+            t.e = &s->environment; t.turn = 31;
+            t.receiver = pti_environment_receiver(pt_v3(normal[i][0], normal[i][1], normal[i][2]));
+            test_case("map %d, normal %d", k, i);
+            CHECK((t.receiver == PTI_RECEIVER_ALL) == (i == 0));
+            chi2_square(&(chi2_square_desc){ .sample = environment_sample, .pdf = environment_pdf, .ctx = &t, .cells_x = 64, .cells_y = 32,
+                                             .n = 10000, .zero_allowed = 3, .tolerance = 0.006 });
+        }
+        pt_rng_seed(&rng, 5, (uint64_t)k);
+        for (i = 0; i < 20000; i++) {                    /* never 0 where the map is not */
+            pt_vec3 d = stats_direction(&rng);
+            if (pti_luminance(pti_environment_radiance(&s->environment, d)) > 1e-4f * odd_map[k].bright
+                && !CHECK(pti_environment_pdf(&s->environment, i % PTI_RECEIVERS, d) > 0)) break;
+        }
+        pt_scene_destroy(s);
+    }
+}
+/* The floor under them is as bright as the map says, by quadrature; one hot texel in thousands is found at once. */
+static void odd_maps_light_the_floor(void) {
+    int k, x, y, n = 512;
+    for (k = 0; k < ODD_MAPS; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view_down(pt_v3(0, 0, 0), 8, 2048);
+        stats_moments m;
+        double E = 0;
+        pt_add_quad(s, pt_v3(-5, 0, -5), pt_v3(0, 0, 10), pt_v3(10, 0, 0), diffuse(s, 1));
+        odd_sky(k, s);
+        for (y = 0; y < n; y++) for (x = 0; x < 2 * n; x++) {
+            double theta = (y + 0.5) / n * STATS_PI / 2;
+            pt_vec3 w = direction_at(0, (x + 0.5) / (2 * n), (y + 0.5) / (2 * n));
+            E += (double)pti_environment_radiance(&s->environment, w).y * cos(theta) * sin(theta) * STATS_PI * STATS_PI / (2.0 * n * n);
+        }
+        test_case("map %d", k);
+        m = render_pixels(s, &d);
+        CHECK_NEAR(m.mean * STATS_PI / E, 1, 5e-3);
+        CHECK(stats_error(&m) < 2e-3 * m.mean);
+        CHECK_NEAR(pti_environment_irradiance(&s->environment, pt_v3(0, 1, 0)) / E, 1, 0.35);
+        pt_scene_destroy(s);
+    }
+}
+/* What a receiver is told of its light, by brute force; from all around it is the whole fluence. */
+static void irradiance_of_receivers(void) {
+    static const int kinds[] = { EVEN, SUN, BLACK_ROWS, POLE, CALLBACK };
+    int k, i, j;
+    for (k = 0; k < 5; k++) {
+        pt_scene *s = sky_with(kinds[k], 30);
+        const pti_environment *e = &s->environment;
+        pt_rng rng;
+        pt_rng_seed(&rng, 6, 6);
+        if (k == 2) CHECK_NEAR(pti_environment_irradiance(e, pt_v3(0, 0, 0)) / (4 * STATS_PI * (double)e->mean), 1, 1e-4);
+        for (i = 0; i < 12; i++) {
+            pt_vec3 n = stats_direction(&rng);
+            double E = 0, most = 4 * STATS_PI * (double)e->mean;
+            for (j = 0; j < 20000; j++) {
+                pt_vec3 d = pti_sample_sphere(((float)j + 0.5f) / 20000, (float)fmod(j * 0.6180339887, 1));
+                E += (double)pti_luminance(pti_environment_radiance(e, d)) * fmax(pti_dot(d, n), 0) * 4 * STATS_PI / 20000;
+            }
+            test_case("map %d, normal %d", kinds[k], i);
+            CHECK_NEAR(pti_environment_irradiance(e, n), E, 0.15 * E + 0.08 * most);
+        }
+        pt_scene_destroy(s);
+    }
+    {
+        pt_scene *s = sky_with(BLACK, 0);
+        CHECK(pti_environment_irradiance(&s->environment, pt_v3(0, 1, 0)) == 0);
+        pt_scene_destroy(s);
+    }
+}
+/* Each class of normals holds its own middle. */
+static void receivers(void) {
+    int i;
+    for (i = 0; i < PTI_RECEIVER_ALL; i++) CHECK_EQ_INT(pti_environment_receiver(pti_environment_normal(i)), i);
+    CHECK_EQ_INT(pti_environment_receiver(pt_v3(0, 0, 0)), PTI_RECEIVER_ALL);
+    for (i = 0; i < 6; i++) {                            /* axes, with zeros of either sign */
+        pt_vec3 n = pt_v3(i == 0 ? 1.0f : i == 1 ? -1.0f : -0.0f, i == 2 ? 1.0f : i == 3 ? -1.0f : 0.0f, i == 4 ? 1.0f : i == 5 ? -1.0f : -0.0f);
+        CHECK(pti_dot(n, pti_environment_normal(pti_environment_receiver(n))) > 0.95f);
+    }
+}
 static void texel_directions(void) {
     static const float turn[] = { 0, 90, -45, 123, 360 };
     int i, x, y;
@@ -958,6 +1058,10 @@ void test_light(void) {
     RUN(every_emitter_counts);
     RUN(environments);
     RUN(bright_is_likely);
+    RUN(odd_maps);
+    RUN(odd_maps_light_the_floor);
+    RUN(irradiance_of_receivers);
+    RUN(receivers);
     RUN(texel_directions);
     RUN(the_sky_in_pictures);
     RUN(bright_pole);
