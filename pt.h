@@ -151,13 +151,18 @@ typedef struct pt_vertex {
 
 /* A density over directions: what the path tracer's mixture is made of. BSDF lobes, lights, the environment and whatever
    a user adds are all this one thing. sample returns 0 if it can draw none (that share of the mixture is then lost,
-   not biased); pdf returns what sample draws with, per steradian, for every unit wi. Called from all render threads. */
+   not biased); pdf returns what sample draws with, per steradian, for every unit wi: 0 where sample never goes, and the
+   integral over all wi is how often sample does not return 0. Mirrors and clear glass have no use for densities and do not
+   ask. A density that has nothing to offer at some vertices says so in importance, and its share there goes to the
+   others. Called from all render threads. */
 typedef struct pt_density_desc {
     float weight;                                         /* share in every mixture; 0 = 0.25. What the users'
                                                              densities leave is for the built-in parts */
     int   (*sample)(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi);
     float (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi);
     void  *user;
+    float (*importance)(void *user, const pt_vertex *x);  /* how much of weight it wants at x, 0 to 1, the same whenever it is
+                                                             asked; NULL = all */
 } pt_density_desc;
 PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d);
 
@@ -4211,7 +4216,6 @@ static float pti_lights_irradiance(const pti_lights *l, const pti_receiver *r) {
 typedef struct pti_sun {
     pt_vec3 axis, radiance;                              /* axis: towards it */
     float one_minus_cos;
-    float share;                                         /* of the density of all that is infinitely far away */
 } pti_sun;
 
 static pti_sun pti_sun_of(pt_vec3 axis, float radius_deg, pt_vec3 irradiance) {
@@ -4222,11 +4226,7 @@ static pti_sun pti_sun_of(pt_vec3 axis, float radius_deg, pt_vec3 irradiance) {
     sine *= 2 * cosine;
     s.radiance = pti_scale(irradiance, 1 / (PTI_PI * sine * sine));
     s.axis = axis;
-    s.share = 0;
     return s;
-}
-static float pti_sun_irradiance(const pti_sun *s) {
-    return PTI_PI * s->one_minus_cos * (2 - s->one_minus_cos) * pti_luminance(s->radiance);
 }
 static int pti_sun_holds(const pti_sun *s, pt_vec3 wi) { return pti_in_cone(s->axis, s->one_minus_cos, wi); }
 static int pti_sun_sample(const pti_sun *s, float u, float v, pt_vec3 *wi) {   /* 0: rounded out of the disk */
@@ -4397,9 +4397,28 @@ static void pti_sky_map(const pti_sky *k, pt_vec3 *map, int width, int height) {
         }
 }
 
-/* The environment: radiance from infinity, drawn from a table over (u, v) of its luminance times sin theta, the area that
-   a cell of the map has on the sphere. A constant one needs no density of its own: the BSDF's is better. Suns stand before
-   it and add to it, and the density is the mixture of the map's and of theirs, by irradiance. */
+/* The environment: radiance from infinity; suns stand before the map and add to it. It is drawn in two steps. Parts come
+   first, 32 x 16 fields of the map and the suns, with probabilities that depend on the normal n of what receives the light;
+   then within a field a table of its luminance, or the sun's disk. A constant map has no density: the BSDF's is better.
+
+   One sample of w p_bsdf + (1 - w) p_env has no variance where that is in proportion to f cos L. On a diffuse surface
+   without shadows, for p_bsdf = cos / pi,
+       p_env ~ cos max(0, L - w E / pi),   E the irradiance on the surface:
+   what BSDF sampling finds often enough anyway is taken off (MIS compensation, Karlik et al. 2019, for one sample of a
+   mixture and a known normal). w is taken for one half. Some of L stays, since there are shadows and gloss; and cos is
+       (c + sqrt(c^2 + s^2)) / 2,   c = n . d,   d the part's mean direction by its light,
+   which is positive everywhere: s^2 = 1 - |d|^2 + PTI_RECEIVER_SPREAD says how far directions of the part and normals of
+   the same receiver differ. Receivers are 16 x 16 classes of normals, and one more: from all around. */
+#define PTI_ENVIRONMENT_ACROSS 32
+#define PTI_ENVIRONMENT_DOWN 16
+#define PTI_FIELD_CELLS 64                               /* along each side of a field, at most */
+#define PTI_RECEIVER_GRID 16
+#define PTI_RECEIVERS (PTI_RECEIVER_GRID * PTI_RECEIVER_GRID + 1)
+#define PTI_RECEIVER_ALL (PTI_RECEIVERS - 1)
+#define PTI_RECEIVER_SPREAD 0.02f
+#define PTI_COMPENSATION 0.5f                            /* w */
+#define PTI_COMPENSATION_LEAST 0.5f                      /* of L stays */
+
 typedef struct pti_environment {
     int present, textured;                               /* textured: by picture or by callback */
     pt_vec3 color;
@@ -4407,11 +4426,12 @@ typedef struct pti_environment {
     pt_vec3 (*radiance)(void *user, pt_vec3 dir);
     void *user;
     float sine, cosine;                                  /* of the rotation */
-    float mean;                                          /* luminance over the sphere */
-    float irradiance;                                    /* luminance of what falls on a surface, map and suns; 0 of a constant
-                                                            environment, whose density has nothing to draw */
-    float share;                                         /* of the map in the density */
-    pti_table2 table;
+    float mean;                                          /* luminance of the map over the sphere */
+    int across, down;                                    /* cells of a field's table, 1 to 64 */
+    float *fields;                                       /* the tables: rows, then cells of each row */
+    int field_count, part_count;                         /* fields come first; 0 of a constant map */
+    float *receivers;                                    /* for each a table of parts: part_count + 1 numbers */
+    float *irradiance;                                   /* of each receiver; NULL where there is no part */
     pti_sun *suns;  size_t sun_count, sun_capacity;
 } pti_environment;
 
@@ -4443,97 +4463,241 @@ static pt_vec3 pti_environment_radiance(const pti_environment *e, pt_vec3 wi) {
     for (i = 0; i < e->sun_count; i++) if (pti_sun_holds(e->suns + i, wi)) L = pti_add(L, e->suns[i].radiance);
     return L;
 }
-static int pti_environment_sample_map(const pti_environment *e, float u, float v, pt_vec3 *wi) {
+/* Unit vectors on a square: the octahedron's faces folded flat (Praun and Hoppe 2003). */
+static int pti_environment_receiver(pt_vec3 n) {
+    float l = fabsf(n.x) + fabsf(n.y) + fabsf(n.z), x = n.x, y = n.z;
+    if (!(l > 0)) return PTI_RECEIVER_ALL;
+    if (n.y < 0) {
+        x = (l - fabsf(n.z)) * (n.x < 0 ? -1.0f : 1.0f);
+        y = (l - fabsf(n.x)) * (n.z < 0 ? -1.0f : 1.0f);
+    }
+    x = (x / l + 1) * (PTI_RECEIVER_GRID / 2);
+    y = (y / l + 1) * (PTI_RECEIVER_GRID / 2);
+    return (int)pti_clamp(y, 0, PTI_RECEIVER_GRID - 1) * PTI_RECEIVER_GRID + (int)pti_clamp(x, 0, PTI_RECEIVER_GRID - 1);
+}
+static pt_vec3 pti_environment_normal(int receiver) {    /* the middle one; zero: from all around */
+    float x = ((float)(receiver % PTI_RECEIVER_GRID) + 0.5f) / (PTI_RECEIVER_GRID / 2) - 1;
+    float z = ((float)(receiver / PTI_RECEIVER_GRID) + 0.5f) / (PTI_RECEIVER_GRID / 2) - 1, y = 1 - fabsf(x) - fabsf(z);
+    float fold = pti_max(-y, 0);
+    if (receiver == PTI_RECEIVER_ALL) return pt_v3(0, 0, 0);
+    return pti_normalize(pt_v3(x < 0 ? x + fold : x - fold, y, z < 0 ? z + fold : z - fold));
+}
+/* Luminance of what falls on a surface with the normal n that nothing shades; n zero: from all around, without a cosine.
+   0 of a constant environment, whose density has nothing to draw. */
+static float pti_environment_irradiance(const pti_environment *e, pt_vec3 n) {
+    return e->irradiance ? e->irradiance[pti_environment_receiver(n)] : 0.0f;
+}
+static const float *pti_environment_parts(const pti_environment *e, int receiver) {
+    return e->receivers + (size_t)receiver * ((size_t)e->part_count + 1);
+}
+static size_t pti_environment_field_size(const pti_environment *e) {   /* in numbers */
+    return (size_t)e->down + 1 + (size_t)e->down * ((size_t)e->across + 1);
+}
+static pti_table2 pti_environment_field(const pti_environment *e, int field) {
+    pti_table2 t;
+    t.width = e->across; t.height = e->down;
+    t.rows = e->fields + (size_t)field * pti_environment_field_size(e);
+    t.cells = t.rows + e->down + 1;
+    return t;
+}
+/* Which of n parts u in [0,1) draws, or groups of `step` parts; *u becomes the place within it. */
+static int pti_parts_find(const float *parts, int n, int step, float *u) {
+    double begin = (double)parts[0], t = begin + ((double)parts[n * step] - begin) * (double)*u, width;
+    int lo = 0, hi = n;
+    while (hi - lo > 1) {
+        int mid = (lo + hi) / 2;
+        if ((double)parts[mid * step] <= t) lo = mid; else hi = mid;
+    }
+    width = (double)parts[(lo + 1) * step] - (double)parts[lo * step];
+    *u = width > 0 ? pti_clamp((float)((t - (double)parts[lo * step]) / width), 0, 1 - FLT_EPSILON / 2) : 0.5f;
+    return lo;
+}
+/* u decides between map and suns first; then v draws a row of fields and one of the cells in it, u the columns. */
+static int pti_environment_sample(const pti_environment *e, int receiver, uint32_t u, float v, pt_vec3 *wi) {
+    const float *parts = pti_environment_parts(e, receiver);
+    pti_table2 field;
     float x, y;
-    pti_sample_table2(&e->table, u, v, &x, &y);
+    int row, column;
+    if (e->sun_count && !pti_split(&u, parts[e->field_count])) {
+        x = pti_u01(u);
+        column = pti_parts_find(parts + e->field_count, (int)e->sun_count, 1, &x);
+        return pti_sun_sample(e->suns + column, x, v, wi);
+    }
+    x = pti_u01(u);
+    row = pti_parts_find(parts, PTI_ENVIRONMENT_DOWN, PTI_ENVIRONMENT_ACROSS, &v);
+    column = pti_parts_find(parts + row * PTI_ENVIRONMENT_ACROSS, PTI_ENVIRONMENT_ACROSS, 1, &x);
+    field = pti_environment_field(e, row * PTI_ENVIRONMENT_ACROSS + column);
+    pti_sample_table2(&field, x, v, &x, &y);
+    x = (x + (float)column) / PTI_ENVIRONMENT_ACROSS;
+    y = (y + (float)row) / PTI_ENVIRONMENT_DOWN;
     *wi = pti_normalize(pti_environment_turn(e, pti_uv_to_direction(x, y), 1));
     return 1;
 }
-static float pti_environment_pdf_map(const pti_environment *e, pt_vec3 wi) {   /* p(u,v) over |d wi / d(u,v)| */
-    float u, v, sine = pti_max(sqrtf(wi.x * wi.x + wi.z * wi.z), 1e-10f);
+static float pti_environment_pdf_map(const pti_environment *e, const float *parts, pt_vec3 wi) {
+    float u, v, sine = pti_max(sqrtf(wi.x * wi.x + wi.z * wi.z), 1e-10f), p;
+    pti_table2 field;
+    int x, y, i;
     pti_direction_to_uv(pti_environment_turn(e, wi, -1), &u, &v);
-    return pti_pdf_table2(&e->table, u, v) / (2 * PTI_PI * PTI_PI * sine);
+    u *= PTI_ENVIRONMENT_ACROSS;
+    v *= PTI_ENVIRONMENT_DOWN;
+    x = (int)pti_clamp(u, 0, PTI_ENVIRONMENT_ACROSS - 1);
+    y = (int)pti_clamp(v, 0, PTI_ENVIRONMENT_DOWN - 1);
+    i = y * PTI_ENVIRONMENT_ACROSS + x;
+    field = pti_environment_field(e, i);
+    p = pti_pdf_table2(&field, u - (float)x, v - (float)y) * (parts[i + 1] - parts[i]);
+    return p * (PTI_ENVIRONMENT_ACROSS * PTI_ENVIRONMENT_DOWN) / (2 * PTI_PI * PTI_PI * sine);   /* over |d wi / d(u,v)| */
 }
-/* u decides for a part first. */
-static int pti_environment_sample(const pti_environment *e, uint32_t u, float v, pt_vec3 *wi) {
-    const pti_sun *s = e->suns;
-    float left = 1 - e->share;
+static float pti_environment_pdf(const pti_environment *e, int receiver, pt_vec3 wi) {
+    const float *parts = pti_environment_parts(e, receiver);
+    float p = e->field_count ? pti_environment_pdf_map(e, parts, wi) : 0.0f;
     size_t i;
-    if (e->sun_count == 0 || pti_split(&u, e->share)) return pti_environment_sample_map(e, pti_u01(u), v, wi);
-    for (i = 1; i < e->sun_count && !pti_split(&u, s->share / left); i++) left -= (s++)->share;
-    return pti_sun_sample(s, pti_u01(u), v, wi);
-}
-static float pti_environment_pdf(const pti_environment *e, pt_vec3 wi) {
-    float p = e->share > 0 ? e->share * pti_environment_pdf_map(e, wi) : 0.0f;
-    size_t i;
-    for (i = 0; i < e->sun_count; i++) p += e->suns[i].share * pti_sun_pdf(e->suns + i, wi);
+    parts += e->field_count;
+    for (i = 0; i < e->sun_count; i++) p += (parts[i + 1] - parts[i]) * pti_sun_pdf(e->suns + i, wi);
     return p;
 }
 
-/* Luminance of a cell, never 0 where the bilinear map is not: a tent over 3 x 3 points, from border to border. */
-static float pti_environment_cell(const pti_environment *e, int x, int y) {
-    float sum = 0, l;
-    int i, j;
-    for (j = 0; j < 3; j++)
-        for (i = 0; i < 3; i++) {
-            float u = ((float)x + (float)i * 0.5f) / (float)e->table.width;
-            float v = ((float)y + (float)j * 0.5f) / (float)e->table.height;
-            pt_vec3 c = e->texture ? pti_mul(e->color, pti_texture_bilinear(e->texture, u, v, 1))
-                                   : pti_environment_map(e, pti_uv_to_direction(u, v));
-            l = pti_luminance(c) * (float)((1 + i % 2) * (1 + j % 2));
-            sum += l > 0 && l < FLT_MAX ? l : 0.0f;
-        }
-    return sum / 16;
-}
 static void pti_environment_free(pti_environment *e, const pt_allocator *a) {
-    pti_free(a, e->table.rows, (size_t)e->table.height + 1, sizeof(float));
-    pti_free(a, e->table.cells, ((size_t)e->table.width + 1) * (size_t)e->table.height, sizeof(float));
-    memset(&e->table, 0, sizeof e->table);
+    size_t parts = (size_t)e->part_count + 1;
+    pti_free(a, e->fields, (size_t)e->field_count * pti_environment_field_size(e), sizeof(float));
+    pti_free(a, e->receivers, PTI_RECEIVERS * parts, sizeof(float));
+    pti_free(a, e->irradiance, PTI_RECEIVERS, sizeof(float));
+    e->fields = e->receivers = e->irradiance = NULL;
     pti_free(a, e->suns, e->sun_capacity, sizeof *e->suns);
 }
-/* Shares by irradiance, but never less than a quarter for the map: in the shade of the suns it is all the light. */
-static void pti_environment_shares(pti_environment *e) {
-    float map = e->textured ? PTI_PI * e->mean : 0.0f, suns = 0;
-    size_t i;
-    for (i = 0; i < e->sun_count; i++) suns += pti_sun_irradiance(e->suns + i);
-    e->irradiance = map + suns;
-    e->share = suns > 0 ? map > 0 ? pti_max(map / (map + suns), 0.25f) : 0.0f : e->textured ? 1.0f : 0.0f;
-    for (i = 0; i < e->sun_count && suns > 0; i++)
-        e->suns[i].share = (1 - e->share) * (pti_sun_irradiance(e->suns + i) / suns);
+
+/* How light comes from a part, for the receivers' tables: all its radiance, its mean direction by that, its solid angle. */
+typedef struct pti_part { float power, angle; pt_vec3 axis; } pti_part;
+
+/* The table of a field's cells holds integrals over the bilinear map, as it will be looked up, so it is 0 only where the map
+   is. Between the middles of texels that map is made of tents, one texel wide to each side; their integral up to x: */
+static float pti_tent_integral(float x) {
+    if (x <= -1 || x >= 1) return x < 0 ? 0.0f : 1.0f;
+    return x < 0 ? 0.5f * (1 + x) * (1 + x) : 1 - 0.5f * (1 - x) * (1 - x);
 }
-static int pti_environment_build_map(pti_environment *e, const pt_allocator *a) {  /* 0 when out of memory */
-    pti_table2 *t = &e->table;
-    float *row, *cell, s, c;
-    double total = 0, weight = 0;
-    int x, y;
-    e->mean = pti_luminance(e->color);
-    if (!e->textured) return 1;
-    t->width = e->texture ? e->texture->width : 256;
-    t->height = e->texture ? e->texture->height : 128;
-    t->rows = (float *)pti_alloc(a, (size_t)t->height + 1, sizeof(float));
-    t->cells = (float *)pti_alloc(a, ((size_t)t->width + 1) * (size_t)t->height, sizeof(float));
-    row = (float *)pti_alloc(a, (size_t)t->height, sizeof(float));
-    cell = (float *)pti_alloc(a, (size_t)t->width, sizeof(float));
-    if (t->rows && t->cells && row && cell) {
-        for (y = 0; y < t->height; y++) {
-            double sum = 0;
-            for (x = 0; x < t->width; x++) { cell[x] = pti_environment_cell(e, x, y); sum += (double)cell[x]; }
-            pti_sincos(((float)y + 0.5f) / (float)t->height * PTI_PI, &s, &c);
-            row[y] = (float)(sum * (double)s);
-            total += sum * (double)s;
-            weight += (double)t->width * (double)s;
-            pti_table_build(t->cells + (size_t)y * ((size_t)t->width + 1), cell, t->width);
+/* A callback is looked at in the middles of 512 x 256 texels. */
+static float pti_environment_texel(const pti_environment *e, int x, int y, int width, int height) {
+    float l;
+    pt_vec3 c;
+    if (e->texture) c = pti_mul(e->color, pti_texel(e->texture, x, y));
+    else c = pti_environment_map(e, pti_uv_to_direction(((float)x + 0.5f) / (float)width, ((float)y + 0.5f) / (float)height));
+    l = pti_luminance(c);
+    return l > 0 && l < FLT_MAX ? l : 0.0f;
+}
+/* Adds one row of texels to a row of n cells. */
+static void pti_environment_add_row(const pti_environment *e, int y, int width, int height, float weight, float *cells, int n) {
+    int i, j, first, last, at;
+    float a, b, w;
+    for (j = 0; j < n; j++) {
+        a = (float)((double)j * width / n);
+        b = (float)((double)(j + 1) * width / n);
+        first = (int)floorf(a - 0.5f);
+        last = (int)floorf(b + 0.5f);
+        for (i = first; i <= last; i++) {
+            w = pti_tent_integral(b - 0.5f - (float)i) - pti_tent_integral(a - 0.5f - (float)i);
+            at = i < 0 ? i + width : i >= width ? i - width : i;
+            if (w > 0) cells[j] += weight * w * pti_environment_texel(e, at, y, width, height);
         }
-        pti_table_build(t->rows, row, t->height);
-        e->mean = (float)(total / weight);
     }
-    pti_free(a, row, (size_t)t->height, sizeof(float));
-    pti_free(a, cell, (size_t)t->width, sizeof(float));
-    return t->rows && t->cells && row && cell;
 }
-static int pti_environment_build(pti_environment *e, const pt_allocator *a) {
-    int fine = pti_environment_build_map(e, a);
-    pti_environment_shares(e);
+/* Row r of n rows of cells: mean luminances. */
+static void pti_environment_row(const pti_environment *e, int width, int height, int r, float *cells, int across, int down) {
+    float a = (float)((double)r * height / down), b = (float)((double)(r + 1) * height / down), w;
+    int i, j, first = (int)floorf(a - 0.5f), last = (int)floorf(b + 0.5f);
+    memset(cells, 0, (size_t)across * sizeof *cells);
+    for (i = first; i <= last; i++) {
+        w = pti_tent_integral(b - 0.5f - (float)i) - pti_tent_integral(a - 0.5f - (float)i);
+        j = i < 0 ? 0 : i >= height ? height - 1 : i;
+        if (w > 0)
+            pti_environment_add_row(e, j, width, height, w * (float)across / ((float)width * (b - a)), cells, across);
+    }
+}
+/* The tables of the fields in one row of them, from the luminances of their cells. */
+static void pti_environment_field_row(pti_environment *e, int y, const float *cells, pti_part *part) {
+    int i, j, x, n = PTI_ENVIRONMENT_ACROSS * e->across, all = PTI_ENVIRONMENT_DOWN * e->down;
+    float sum[PTI_FIELD_CELLS], s, above, below;
+    for (x = 0; x < PTI_ENVIRONMENT_ACROSS; x++, part++) {
+        pti_table2 t = pti_environment_field(e, y * PTI_ENVIRONMENT_ACROSS + x);
+        memset(part, 0, sizeof *part);
+        pti_sincos((float)(y * e->down) / (float)all * PTI_PI, &s, &above);
+        for (i = 0; i < e->down; i++, above = below) {
+            const float *row = cells + i * n + x * e->across;
+            float angle, v = ((float)(y * e->down + i) + 0.5f) / (float)all;
+            pti_sincos((float)(y * e->down + i + 1) / (float)all * PTI_PI, &s, &below);
+            angle = (above - below) * 2 * PTI_PI / (float)n;
+            for (sum[i] = 0, j = 0; j < e->across; j++) {
+                float power = row[j] * angle;
+                sum[i] += power;
+                if (power > 0) part->axis = pti_madd(pti_uv_to_direction(((float)(x * e->across + j) + 0.5f) / (float)n, v), power, part->axis);
+            }
+            part->power += sum[i];
+            part->angle += angle * (float)e->across;
+            pti_table_build(t.cells + i * (e->across + 1), row, e->across);
+        }
+        pti_table_build(t.rows, sum, e->down);
+        if (part->power > 0) part->axis = pti_environment_turn(e, pti_scale(part->axis, 1 / part->power), 1);
+    }
+}
+static pti_part pti_sun_part(const pti_sun *s) {
+    pti_part p;
+    p.angle = 2 * PTI_PI * s->one_minus_cos;
+    p.power = p.angle * pti_luminance(s->radiance);
+    p.axis = pti_scale(s->axis, 1 - 0.5f * s->one_minus_cos);
+    return p;
+}
+static float pti_part_cosine(const pti_part *p, pt_vec3 n) {
+    float c = pti_dot(p->axis, n), spread = 1 - pti_dot(p->axis, p->axis) + PTI_RECEIVER_SPREAD;
+    return pti_is_zero3(n) ? 1.0f : 0.5f * (c + sqrtf(c * c + pti_max(spread, 0)));
+}
+/* The table of a receiver; value is room for as many numbers as there are parts. */
+static void pti_environment_receive(pti_environment *e, int receiver, const pti_part *part, float *value) {
+    pt_vec3 n = pti_environment_normal(receiver);
+    float sum = 0, most;
+    int i;
+    for (i = 0; i < e->part_count; i++) sum += value[i] = part[i].power * pti_part_cosine(part + i, n);
+    e->irradiance[receiver] = sum;
+    most = PTI_COMPENSATION * sum / (pti_is_zero3(n) ? 4 * PTI_PI : PTI_PI);
+    for (i = 0; i < e->part_count; i++)
+        if (part[i].power > 0) value[i] *= pti_max(1 - most * part[i].angle / part[i].power, PTI_COMPENSATION_LEAST);
+    pti_table_build(e->receivers + (size_t)receiver * ((size_t)e->part_count + 1), value, e->part_count);
+}
+static int pti_environment_cells(int pixels, int fields) {
+    int n = 1;
+    while (n < PTI_FIELD_CELLS && n * fields < pixels) n *= 2;
+    return n;
+}
+static int pti_environment_build(pti_environment *e, const pt_allocator *a) {      /* 0 when out of memory */
+    int width = e->texture ? e->texture->width : 512, height = e->texture ? e->texture->height : 256, i, r, n, fine;
+    pti_part *part;
+    float *band, *value;
+    double sum = 0;
+    e->mean = pti_luminance(e->color);
+    e->across = pti_environment_cells(e->texture ? width : width / 2, PTI_ENVIRONMENT_ACROSS);
+    e->down = pti_environment_cells(e->texture ? height : height / 2, PTI_ENVIRONMENT_DOWN);
+    e->field_count = e->textured ? PTI_ENVIRONMENT_ACROSS * PTI_ENVIRONMENT_DOWN : 0;
+    e->part_count = e->field_count + (int)e->sun_count;
+    if (!e->part_count) return 1;
+    n = PTI_ENVIRONMENT_ACROSS * e->across;
+    e->fields = (float *)pti_alloc(a, (size_t)e->field_count * pti_environment_field_size(e), sizeof(float));
+    e->receivers = (float *)pti_alloc(a, PTI_RECEIVERS * ((size_t)e->part_count + 1), sizeof(float));
+    e->irradiance = (float *)pti_alloc(a, PTI_RECEIVERS, sizeof(float));
+    part = (pti_part *)pti_alloc(a, (size_t)e->part_count, sizeof *part);
+    value = (float *)pti_alloc(a, (size_t)e->part_count, sizeof *value);
+    band = (float *)pti_alloc(a, (size_t)n * (size_t)e->down, sizeof *band);
+    fine = (e->fields || !e->field_count) && e->receivers && e->irradiance && part && value && band;
+    if (fine) {
+        for (i = 0; i < (e->field_count ? PTI_ENVIRONMENT_DOWN : 0); i++) {
+            for (r = 0; r < e->down; r++)
+                pti_environment_row(e, width, height, i * e->down + r, band + r * n, n, PTI_ENVIRONMENT_DOWN * e->down);
+            pti_environment_field_row(e, i, band, part + i * PTI_ENVIRONMENT_ACROSS);
+        }
+        for (i = 0; i < e->field_count; i++) sum += (double)part[i].power;
+        if (e->field_count) e->mean = (float)(sum / (4 * 3.14159265358979));
+        for (i = 0; i < (int)e->sun_count; i++) part[e->field_count + i] = pti_sun_part(e->suns + i);
+        for (i = 0; i < PTI_RECEIVERS; i++) pti_environment_receive(e, i, part, value);
+    }
+    pti_free(a, part, (size_t)e->part_count, sizeof *part);
+    pti_free(a, value, (size_t)e->part_count, sizeof *value);
+    pti_free(a, band, (size_t)n * (size_t)e->down, sizeof *band);
     return fine;
 }
 
@@ -5639,39 +5803,63 @@ typedef struct pti_mixture {
     const pt_vertex *x;
     const pti_surface *surface;
     pti_receiver receiver;                               /* where rays on wo's side start: lamps are aimed at from there */
-    float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities */
+    int sky;                                             /* which of the environment's tables */
+    float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities, which is */
+    float asked;                                         /* what they ask for, or less */
 } pti_mixture;
 
+/* Does all scattering stay on wo's side? */
+static int pti_surface_opaque(const pti_surface *s) {
+    int i;
+    for (i = 0; i < s->count; i++) {
+        pti_lobe_kind k = s->lobes[i].kind;
+        if (k == PTI_THROUGH || k == PTI_THIN || k == PTI_GLASS || k == PTI_USER_LOBE) return 0;
+    }
+    return 1;
+}
 /* What the light tree is to know of a surface. An opaque one sees nothing below its horizon, the true one, however its shading
    normal bends; through others, and with users' BSDFs, light may come from anywhere. */
-static pti_receiver pti_receiver_at(const pti_surface *surface) {
+static pti_receiver pti_receiver_at(const pti_surface *surface, int opaque) {
     const pt_vertex *x = surface->x;
     pti_receiver r;
-    float side = pti_dot(x->ng, x->wo) < 0 ? -1.0f : 1.0f;
-    int i;
-    for (i = 0; i < surface->count; i++) {
-        pti_lobe_kind k = surface->lobes[i].kind;
-        if (k == PTI_THROUGH || k == PTI_THIN || k == PTI_GLASS || k == PTI_USER_LOBE) side = 0;
-    }
+    float side = !opaque ? 0.0f : pti_dot(x->ng, x->wo) < 0 ? -1.0f : 1.0f;
     r.p = pti_spawn(x, x->wo);
     r.n = pti_scale(x->ng, side);
     return r;
 }
+/* What the environment is to know: the normal that light is scattered about, or zero. */
+static pt_vec3 pti_surface_normal(const pti_surface *s, int opaque) {
+    int i = s->count;
+    while (opaque && i-- > 0) if (s->lobes[i].kind < PTI_PASS) return s->lobes[i].n;
+    return pt_v3(0, 0, 0);
+}
+
+static float pti_density_share(const pt_density_desc *d, const pt_vertex *x) {
+    return d->importance ? d->weight * pti_unit(d->importance(d->user, x)) : d->weight;
+}
 static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface, const pt_weights *w) {
     pti_mixture mix;
+    pt_vec3 normal;
     float from_lights, from_sky, rest;
-    int automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
+    size_t i;
+    int opaque, automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
     mix.scene = s; mix.x = surface->x; mix.surface = surface;
-    mix.bsdf = 1; mix.lights = mix.environment = mix.users = 0;
+    mix.bsdf = 1; mix.lights = mix.environment = mix.users = mix.asked = 0;
     mix.receiver.p = surface->x->p;
     mix.receiver.n = pt_v3(0, 0, 0);
+    mix.sky = PTI_RECEIVER_ALL;
     if (surface->delta > 0.999f) return mix;             /* deltas only */
-    from_lights = 0;
+    from_lights = from_sky = 0;
+    opaque = pti_surface_opaque(surface);
     if (s->lights.count) {
-        mix.receiver = pti_receiver_at(surface);
+        mix.receiver = pti_receiver_at(surface, opaque);
         from_lights = pti_lights_irradiance(&s->lights, &mix.receiver);
     }
-    from_sky = s->environment.irradiance;
+    if (s->environment.irradiance) {
+        normal = pti_surface_normal(surface, opaque);
+        mix.sky = pti_environment_receiver(normal);
+        from_sky = pti_environment_irradiance(&s->environment, normal);
+    }
     if (automatic) {                                     /* half for the BSDF, which bounds f / p; half for the light */
         rest = from_lights + from_sky;
         if (rest > 0) { mix.lights = 0.5f * from_lights / rest; mix.environment = 0.5f * from_sky / rest; }
@@ -5680,7 +5868,8 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
         if (all > 0) { mix.lights = l / all; mix.environment = e / all; mix.bsdf = w->bsdf / all; }
     }
     if (automatic) mix.bsdf = 1 - mix.lights - mix.environment;
-    mix.users = s->density_weight;
+    for (i = 0; i < s->density_count; i++) mix.users += pti_density_share(s->densities + i, surface->x);
+    mix.asked = mix.users;
     mix.lights *= 1 - mix.users;
     mix.environment *= 1 - mix.users;
     mix.bsdf *= 1 - mix.users;
@@ -5700,25 +5889,29 @@ static void pti_mixture_calm(pti_mixture *m, float potential) {
    that is 0, nobody wants to know p. */
 static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
     const pt_scene *s = m->scene;
-    float p, scale = s->density_weight > 0 ? m->users / s->density_weight : 0.0f;
+    float p, share;
     size_t i;
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
     if (m->lights > 0) p += m->lights * pti_lights_pdf(&s->lights, &m->receiver, wi);
-    if (m->environment > 0) p += m->environment * pti_environment_pdf(&s->environment, wi);
-    for (i = 0; i < s->density_count; i++)
-        p += scale * s->densities[i].weight * s->densities[i].pdf(s->densities[i].user, m->x, wi);
+    if (m->environment > 0) p += m->environment * pti_environment_pdf(&s->environment, m->sky, wi);
+    for (i = 0; m->users > 0 && i < s->density_count; i++) {
+        share = pti_density_share(s->densities + i, m->x);
+        if (share > 0) p += m->users / m->asked * share * s->densities[i].pdf(s->densities[i].user, m->x, wi);
+    }
     return p;
 }
 static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const float u[2], pt_vec3 *wi) {
-    const pt_scene *s = m->scene;
-    float left = s->density_weight;
-    size_t i;
-    for (i = 0; i + 1 < s->density_count; i++) {
-        if (pti_split(choice, s->densities[i].weight / left)) break;
-        left -= s->densities[i].weight;
+    const pt_density_desc *d = m->scene->densities, *last = d + m->scene->density_count, *drawn = d;
+    float left = m->asked, share;
+    for (; d < last; d++) {
+        share = pti_density_share(d, m->x);
+        if (!(share > 0)) continue;
+        drawn = d;
+        if (pti_split(choice, share / left)) break;
+        left -= share;
     }
-    return s->densities[i].sample(s->densities[i].user, m->x, u, wi);
+    return drawn->sample(drawn->user, m->x, u, wi);
 }
 
 /* A next direction: weight = f |cos| / p. */
@@ -5741,7 +5934,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     } else if (m->lights > 0 && pti_split(&u, m->lights / others)) {
         drawn = pti_lights_sample(&s->lights, &m->receiver, among, pti_u01(u), pti_u01(v), &step->wi);
     } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
-        drawn = m->environment > 0 && pti_environment_sample(&s->environment, u, pti_u01(v), &step->wi);
+        drawn = m->environment > 0 && pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), &step->wi);
     } else {
         uv[0] = pti_u01(u); uv[1] = pti_u01(v);
         drawn = pti_mixture_sample_user(m, &among, uv, &step->wi);

@@ -78,6 +78,11 @@ static float cone_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
     (void)x;
     return pti_dot(d, d) <= 2 * *(float *)user ? pti_pdf_cone(*(float *)user) : 0;
 }
+static float half_to_the_right(void *user, const pt_vertex *x) { (void)user; return x->p.x > 0.4f ? 0.5f : 0.0f; }
+static float senseless(void *user, const pt_vertex *x) { (void)user; return x->p.x > 0.4f ? HUGE_VALF : x->p.z < -0.4f ? -7.0f : (float)NAN; }
+static void add_important(pt_scene *s, float w, float (*importance)(void *user, const pt_vertex *x)) {
+    pt_add_density(s, &(pt_density_desc){ .weight = w, .sample = sphere_sample, .pdf = sphere_pdf, .importance = importance });
+}
 static void add_sphere(pt_scene *s, float w) {
     pt_add_density(s, &(pt_density_desc){ .weight = w, .sample = sphere_sample, .pdf = sphere_pdf });
 }
@@ -151,22 +156,22 @@ static void density_of_everything(void) {
     static const float at[4][2] = { { 0, 0 }, { 0.8f, -0.5f }, { -2, -1 }, { 3, 2 } };
     static const pt_weights w[3] = { { 0, 0, 0 }, { 0.2f, 0.3f, 0.5f }, { 0.1f, 3, 0 } };
     int k, i, users;
-    for (users = 0; users < 2; users++) {
+    for (users = 0; users < 3; users++) {
         pt_scene *s = pt_scene_create(NULL);
         mix_test t;
         floor_of(s, 10, all_round(s));
         some_lights(s);
         sunny(s, 1, 0);
-        if (users) { add_lossy(s, 0.2f); add_cone(s, 0.1f); add_sphere(s, 0); }
+        if (users == 1) { add_lossy(s, 0.2f); add_cone(s, 0.1f); add_sphere(s, 0); }
+        if (users == 2) { add_important(s, 0.3f, half_to_the_right); add_cone(s, 0.3f); add_important(s, 0.2f, senseless); }
         if (commit(s)) for (k = 0; k < 4; k++) for (i = 0; i < 3; i++) {
             test_case("vertex %d, weights %d, %s", k, i, users ? "densities" : "no densities");
             if (!users && i == 2) continue;
-            if (mix_at(&t, s, at[k][0], at[k][1], w[i])) chi2_mixture(&t, 1 - users * 0.1, (uint64_t)(k * 3 + i));
+            if (mix_at(&t, s, at[k][0], at[k][1], w[i])) chi2_mixture(&t, users == 1 ? 0.9 : 1, (uint64_t)(k * 3 + i));
         }
         pt_scene_destroy(s);
     }
 }
-/* Over a diffuse floor half of a symmetric sky is below the horizon, half of a sphere in the floor, half of a density. */
 /* How often the light tree ends at a lamp that shines on the path. */
 static double shining(const pti_lights *l, const pti_light_node *n, const pti_receiver *at) {
     float I[PTI_WIDTH];
@@ -177,6 +182,19 @@ static double shining(const pti_lights *l, const pti_light_node *n, const pti_re
     for (k = 0; k < n->count; k++) if (I[k] > 0) sum += (double)I[k] / weights * shining(l, l->nodes + n->first + k, at);
     return sum;
 }
+/* How much of what the sky's density draws goes below the horizon: little, since it knows the normal. */
+static double below_horizon(const pti_mixture *m) {
+    enum { ACROSS = 512, DOWN = 256 };
+    double sum = 0;
+    int x, y;
+    for (y = 0; y < DOWN; y++) for (x = 0; x < ACROSS; x++) {
+        double h = (y + 0.5) / DOWN, r = sqrt(1 - h * h), phi = 2 * STATS_PI * (x + 0.5) / ACROSS;
+        pt_vec3 wi = pt_v3((float)(r * cos(phi)), (float)-h, (float)(r * sin(phi)));
+        sum += pti_environment_pdf(&m->scene->environment, m->sky, wi) * 2 * STATS_PI / (ACROSS * DOWN);
+    }
+    return sum;
+}
+/* Over a diffuse floor some of a symmetric sky is below the horizon, half of a sphere in the floor, half of a density. */
 static void density_less_what_is_lost(void) {
     int k;
     for (k = 0; k < 5; k++) {
@@ -192,8 +210,10 @@ static void density_less_what_is_lost(void) {
         if (commit(s) && mix_at(&t, s, 0, 0, w)) {
             const pti_mixture *m = &t.mix;
             double sphere = k == 3 ? m->users * 4 / 6 : m->users, lossy = k == 3 ? m->users / 6 : 0;
-            double lost = m->environment / 2 + m->lights / 2 + sphere / 2 + lossy * 3 / 4 + (k == 4 ? 0.3 * m->bsdf : 0);
+            double below = m->environment > 0 ? below_horizon(m) : 0;
+            double lost = m->environment * below + m->lights / 2 + sphere / 2 + lossy * 3 / 4 + (k == 4 ? 0.3 * m->bsdf : 0);
             CHECK_NEAR(m->bsdf + m->environment + m->lights + m->users, 1, 1e-6);
+            CHECK(below < (k == 4 ? 0.51 : 0.05));             /* a lobe of the user's may let light through */
             chi2_mixture(&t, 1 - lost, (uint64_t)k);
         }
         pt_scene_destroy(s);
@@ -342,9 +362,19 @@ static void shares_of_densities(void) {
         }
         pt_scene_destroy(s);
     }
+    for (k = 0; k < 2; k++) {                            /* what is not wanted goes to the others, and so with no number at all */
+        pt_scene *s = pt_scene_create(NULL);
+        mix_test t;
+        test_case("importance, %d", k);
+        floor_of(s, 10, diffuse(s, 0.5f));
+        add_important(s, 0.4f, half_to_the_right);
+        add_important(s, 0.3f, senseless);
+        if (commit(s) && mix_at(&t, s, k ? 2.0f : -2.0f, 0, automatic)) check_shares(t.mix, k ? 0.5 : 1, 0, 0, k ? 0.5 : 0);
+        pt_scene_destroy(s);
+    }
     for (k = 0; k < 4; k++) {
         pt_scene *s = pt_scene_create(NULL);
-        pt_density_desc d = { 0.1f, sphere_sample, sphere_pdf, NULL };
+        pt_density_desc d = { 0.1f, sphere_sample, sphere_pdf, NULL, NULL };
         test_case("bad density %d", k);
         if (k == 0) d.weight = -0.1f;
         if (k == 1) d.weight = 1;
@@ -450,7 +480,7 @@ static pt_scene *two_by_the_wall(pt_scene *s, pt_render_desc *d) {
 }
 static pt_scene *densities(pt_scene *s, pt_render_desc *d) {
     two_by_the_wall(s, d);
-    add_cone(s, 0.3f); add_sphere(s, 0.1f); add_lossy(s, 0);
+    add_cone(s, 0.3f); add_sphere(s, 0.1f); add_lossy(s, 0); add_important(s, 0.1f, half_to_the_right);
     return NULL;
 }
 static pt_scene *lens_and_depth(pt_scene *s, pt_render_desc *d) {
