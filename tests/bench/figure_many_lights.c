@@ -147,7 +147,7 @@ static void compare(size_t lamps, const settings *q) {
     if (q->picture) {
         it = render(s, 6 * q->width, 6 * q->height, q->picture, 1);
         snprintf(path, sizeof path, "out/many_lights_%lu.png", (unsigned long)lamps);
-        pt_write_png(path, it.rgb, 6 * q->width, 6 * q->height, &(pt_encoding){ .curve = PT_CURVE_FILMIC });
+        pt_write_png(path, it.rgb, 6 * q->width, 6 * q->height, &(pt_encoding){ .curve = PT_CURVE_FILMIC, .exposure_stops = -1.5f });
         free(it.rgb);
     }
     pt_scene_destroy(s);
@@ -163,7 +163,7 @@ static void compare(size_t lamps, const settings *q) {
                it.time / (double)it.stats.rays * 1e9, error, cost[k], cost[2] / cost[k]);
         fflush(stdout);
         snprintf(path, sizeof path, "out/many_lights_%lu_%s.png", (unsigned long)lamps, names[k]);
-        pt_write_png(path, it.rgb, q->width, q->height, &(pt_encoding){ .curve = PT_CURVE_FILMIC });
+        pt_write_png(path, it.rgb, q->width, q->height, &(pt_encoding){ .curve = PT_CURVE_FILMIC, .exposure_stops = -1.5f });
         free(it.rgb);
     }
     free(reference.rgb);
