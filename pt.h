@@ -379,9 +379,29 @@ typedef enum pt_sampler { PT_SAMPLER_SOBOL, PT_SAMPLER_STRATIFIED, PT_SAMPLER_RA
    Any weights with bsdf > 0 have the same mean; without it, light that only the BSDF finds is left out: for comparisons. */
 typedef struct pt_weights { float bsdf, lights, environment; } pt_weights;
 
+/* How a path finds light. All have the same mean, and differ in noise and time. */
+typedef enum pt_integrator {
+    PT_INTEGRATOR_MIXTURE,                                /* one ray a vertex, drawn from one density that knows the lights */
+    PT_INTEGRATOR_NEE,                                    /* next-event estimation: two rays a vertex, one drawn from the
+                                                             lights, for what they send here, one from the BSDF and the
+                                                             users' densities, to go on; both find emission, weighted
+                                                             (Veach and Guibas 1995, power heuristic) */
+    PT_INTEGRATOR_NEE_ALL                                 /* the same with a ray to each emitter, each sun and the
+                                                             environment: for a few lights */
+} pt_integrator;
+/* When a path ends early, by chance. What it looks at, when that is below 1, is its chance to go on, and no less than 0.05. */
+typedef enum pt_roulette {
+    PT_ROULETTE_POTENTIAL,                                /* throughput, without what mirrors and panes have taken */
+    PT_ROULETTE_THROUGHPUT,                               /* throughput as it is: worse behind tinted glass */
+    PT_ROULETTE_NONE                                      /* never: all go on to max_depth, or until they are lost */
+} pt_roulette;
+
 typedef struct pt_render_desc {
     int width, height, spp;                               /* pixels, up to 65536 each; samples a pixel, 0 = 64 */
     int max_depth;                                        /* scattering events, up to 2^27 - 1; 0 = 64 */
+    int max_diffuse;                                      /* scattering events by diffuse lobes: diffuse, translucent, fuzz,
+                                                             users'. 1 = direct light, and what mirrors and gloss show of
+                                                             it; 0 = no limit but max_depth */
     int tile, threads;                                    /* up to 65536, 0 = 32 pixels; up to 4096, 0 = one a core */
     uint64_t seed;
     int first_sample;                                     /* of a larger render that several machines share */
@@ -392,7 +412,9 @@ typedef struct pt_render_desc {
     pt_sampler sampler;
     pt_filter filter;
     float filter_radius;                                  /* pixels, up to 64; 0 = the filter's own */
-    pt_weights weights;
+    pt_weights weights;                                   /* NEE: lights to environment as here, and none if both are 0 */
+    pt_integrator integrator;
+    pt_roulette roulette;
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
                                                              finished it; nonzero cancels. It may call pt_render_pixels,
@@ -5450,7 +5472,7 @@ static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const
 }
 
 /* A next direction: weight = f |cos| / p. */
-typedef struct pti_step { pt_vec3 wi, weight; int delta; } pti_step;
+typedef struct pti_step { pt_vec3 wi, weight; int delta; float p; } pti_step;   /* p: 0 of a delta */
 
 /* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
    picks among lights or the user's densities, its second number what a lobe has to decide; they may be 0 where neither is.
@@ -5476,6 +5498,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     }
     if (!drawn) return 0;
     step->delta = scatter.delta;
+    step->p = 0;
     if (scatter.delta) {
         if (scatter.pdf <= 0 || pti_is_zero3(scatter.f)) return 0;
         step->weight = pti_scale(scatter.f, 1 / (m->bsdf * scatter.pdf));
@@ -5483,6 +5506,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     }
     p = pti_mixture_pdf(m, step->wi, &f);
     if (pti_is_zero3(f) || p <= 0) return 0;             /* NaN goes on: the film will count it */
+    step->p = p;
     step->weight = pti_scale(f, 1 / p);
     return 1;
 }
@@ -5493,12 +5517,15 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
    Dimensions: group 0 is the pixel's, group 1 + k that of vertex k; the moment and the wavelength have their own. */
 #define PTI_GROUP_SHUTTER 0xffffffffu                    /* no path has so many vertices */
 #define PTI_GROUP_WAVELENGTH 0xfffffffeu
+#define PTI_GROUP_SHADOW 0x80000000u                     /* half of all groups */
 
 typedef struct pti_tracer {                              /* what all paths of a render share */
     const pt_scene *scene;
     pti_trace_function *trace;
     pt_weights weights;
-    int max_depth;
+    pt_integrator integrator;
+    pt_roulette roulette;
+    int max_depth, max_diffuse;
 } pti_tracer;
 
 /* Roulette looks at what a path can still bring, its potential: the throughput without the weights of deltas, since behind
@@ -5507,13 +5534,34 @@ typedef struct pti_tracer {                              /* what all paths of a 
    reason it does not play at mirrors and panes, behind which the lamp may be. And radiance that glass has squeezed is no
    less: it comes out again. */
 #define PTI_ROULETTE_LEAST 0.05f
-static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
+static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {   /* looks at *potential */
     float q = pti_max(pti_largest(*potential), PTI_ROULETTE_LEAST);
     if (q >= 1) return 1;
     if (!pti_split(&u, q)) return 0;
     *beta = pti_scale(*beta, 1 / q);
     *potential = pti_scale(*potential, 1 / q);
     return 1;
+}
+static int pti_path_goes_on(const pti_tracer *t, const pti_surface *surface, pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
+    if (t->roulette == PT_ROULETTE_POTENTIAL)
+        return !(pti_largest(*potential) < 1) || surface->delta >= 0.999f || pti_roulette(beta, potential, u);
+    return t->roulette == PT_ROULETTE_NONE || pti_roulette(potential, beta, u);
+}
+/* The next vertex of a path, and its material; NULL: none, the sky. */
+static const pti_material *pti_path_trace(const pti_tracer *t, pt_vec3 org, pt_vec3 dir, float time, pt_vertex *x,
+                                          uint64_t *rays) {
+    const pt_scene *s = t->scene;
+    const pti_material *m;
+    pti_ray ray;
+    pti_hit hit;
+    pti_ray_prepare(&ray, org, dir, 0, time);
+    pti_hit_init(&hit, 0);
+    ++*rays;
+    if (!t->trace(&s->geometry, &ray, &hit, 0)) return NULL;
+    pti_vertex_fill(&s->geometry, &ray, &hit, x);
+    m = pti_material_at(s, x);
+    if (m->wants_coordinates || s->density_count) pti_vertex_coordinates(&s->geometry, x);
+    return m;
 }
 /* The path's one wavelength, and in *beta its colour. */
 static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler, pt_vec3 *beta) {
@@ -5525,44 +5573,147 @@ static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler
     *beta = pti_mul(*beta, color);
     return wavelength;
 }
+/* Next-event estimation, the other integrator. Two densities that share a vertex x: p_b of the mixture without its lights,
+   from which the path goes on, and p_l of the lights alone, from which one more ray is drawn. Both find emission,
+       L += beta (f |cos| Le w_l / p_l + f |cos| Le w_b / p_b),    w_l = p_l^2 / (p_l^2 + p_b^2),    w_b = 1 - w_l,
+   one Le along wi_l, one along wi_b (Veach and Guibas 1995, power heuristic). Both are densities over directions, so Le is
+   that of the nearest surface, whichever emitter was aimed at, and p_l counts all emitters along wi. What a delta shows,
+   p_l does not draw: it counts in full. So does what is behind something that lets light straight through, since the
+   ray that is drawn from the lights ends there. */
+typedef struct pti_nee {
+    const pt_scene *scene;
+    pt_vec3 origin;
+    float lights, environment;                           /* parts of p_l; all: 1, and p_l is the sum over all emitters */
+    int all;
+    float p;                                             /* p_b of the path's own next ray; 0: it counts in full */
+} pti_nee;
+
+/* Takes the lights out of the mixture. */
+static pti_nee pti_nee_split(pti_mixture *m, int all) {
+    pti_nee n;
+    float sum = m->lights + m->environment;
+    n.scene = m->scene; n.origin = m->origin; n.all = all; n.p = 0;
+    n.lights = m->lights > 0 ? all ? 1.0f : m->lights / sum : 0.0f;
+    n.environment = m->environment > 0 ? all ? 1.0f : m->environment / sum : 0.0f;
+    m->lights = m->environment = 0;
+    m->bsdf = 1 - m->users;
+    return n;
+}
+static float pti_nee_pdf(const pti_nee *n, pt_vec3 wi) {
+    const pti_lights *l = &n->scene->lights;
+    const pti_environment *e = &n->scene->environment;
+    float p = 0;
+    size_t i;
+    if (!n->all) {
+        if (n->lights > 0) p += n->lights * pti_lights_pdf(l, n->origin, wi);
+        if (n->environment > 0) p += n->environment * pti_environment_pdf(e, wi);
+        return p;
+    }
+    for (i = 0; n->lights > 0 && i < l->count; i++) p += pti_emitter_pdf(l->emitters + i, n->origin, wi);
+    if (!(n->environment > 0)) return p;
+    if (e->textured) p += pti_environment_pdf_map(e, wi);
+    for (i = 0; i < e->sun_count; i++) p += pti_sun_pdf(e->suns + i, wi);
+    return p;
+}
+static float pti_power_heuristic(float p, float other) {
+    float r = other / p;
+    return p > 0 ? 1 / (1 + r * r) : 0.0f;
+}
+/* The weight of emission that the path's own ray along wi found. */
+static float pti_nee_found(const pti_nee *n, pt_vec3 wi) {
+    return n->p > 0 ? pti_power_heuristic(n->p, pti_nee_pdf(n, wi)) : 1.0f;
+}
+/* What the nearest surface emits, or the sky. */
+static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_vec3 wi, uint64_t *rays) {
+    pt_vertex x;
+    const pti_material *m = pti_path_trace(t, pti_spawn(from, wi), wi, from->time, &x, rays);
+    if (!m) return pti_environment_radiance(&t->scene->environment, wi);
+    x.wavelength = from->wavelength;
+    return m->emits ? pti_material_emission(m, &x) : pt_v3(0, 0, 0);
+}
+/* f |cos| Le w_l / p_l for a wi that was drawn from the lights. */
+static pt_vec3 pti_nee_gather(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, pt_vec3 wi, uint64_t *rays) {
+    pt_vec3 f;
+    float q = pti_mixture_pdf(m, wi, &f), p;
+    if (pti_is_zero3(f)) return f;
+    p = pti_nee_pdf(n, wi);
+    if (p <= 0) return pt_v3(0, 0, 0);
+    f = pti_scale(f, pti_power_heuristic(p, q) / p);
+    return pti_mul(f, pti_path_emission(t, m->x, wi, rays));
+}
+static pt_vec3 pti_nee_one(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, const pti_sampler *sampler,
+                           uint32_t group, uint64_t *rays) {
+    const pt_scene *s = t->scene;
+    uint32_t u[2], choice[2] = { 0, 0 };
+    pt_vec3 wi;
+    pti_draw2(sampler, PTI_GROUP_SHADOW | group, 0, u);
+    if (s->lights.count > 1 || n->environment > 0) pti_draw2(sampler, PTI_GROUP_SHADOW | group, 1, choice);
+    if (pti_split(choice, n->lights) ? pti_lights_sample(&s->lights, n->origin, choice[0], pti_u01(u[0]), pti_u01(u[1]), &wi)
+                                     : pti_environment_sample(&s->environment, u[0], pti_u01(u[1]), &wi))
+        return pti_nee_gather(t, n, m, wi, rays);
+    return pt_v3(0, 0, 0);
+}
+/* Emitters, then suns, then the map: u and v of the k-th, which has a group of its own. */
+static int pti_nee_sample_kth(const pti_nee *n, size_t k, float u, float v, pt_vec3 *wi) {
+    const pti_lights *l = &n->scene->lights;
+    const pti_environment *e = &n->scene->environment;
+    if (k < l->count) return n->lights > 0 && pti_emitter_sample(l->emitters + k, n->origin, u, v, wi);
+    k -= l->count;
+    if (!(n->environment > 0)) return 0;
+    return k < e->sun_count ? pti_sun_sample(e->suns + k, u, v, wi) : e->textured && pti_environment_sample_map(e, u, v, wi);
+}
+static pt_vec3 pti_nee_each(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, const pti_sampler *sampler,
+                            uint32_t group, uint64_t *rays) {
+    size_t k, count = t->scene->lights.count + t->scene->environment.sun_count + 1;
+    pt_vec3 L = pt_v3(0, 0, 0), wi;
+    uint32_t u[2];
+    for (k = 0; k < count; k++) {
+        pti_draw2(sampler, PTI_GROUP_SHADOW | pti_hash2(group, (uint32_t)k), 0, u);
+        if (pti_nee_sample_kth(n, k, pti_u01(u[0]), pti_u01(u[1]), &wi)) L = pti_add(L, pti_nee_gather(t, n, m, wi, rays));
+    }
+    return L;
+}
+/* What is gathered at the vertex where m stands, whose lights go over into *n. */
+static pt_vec3 pti_nee_at(const pti_tracer *t, pti_mixture *m, const pti_sampler *sampler, uint32_t group, pti_nee *n,
+                       uint64_t *rays) {
+    *n = pti_nee_split(m, t->integrator == PT_INTEGRATOR_NEE_ALL);
+    if (!(n->lights + n->environment > 0)) return pt_v3(0, 0, 0);
+    return n->all ? pti_nee_each(t, n, m, sampler, group, rays) : pti_nee_one(t, n, m, sampler, group, rays);
+}
+
 /* wavelength: 0 where the camera let all of them through. */
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, const pt_ray *start, float wavelength,
                                  uint64_t *rays) {
     const pt_scene *s = t->scene;
     pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, org = start->org, dir = start->dir;
+    pti_nee nee;
     int depth;
+    nee.p = 0;
     for (depth = 0; ; depth++) {
-        pti_ray ray;
-        pti_hit hit;
         pt_vertex x;
-        const pti_material *m;
+        const pti_material *m = pti_path_trace(t, org, dir, start->time, &x, rays);
         pti_surface surface;
         pti_mixture mix;
         pti_step step;
         uint32_t u[2], choice[2] = { 0, 0 };
-        pti_ray_prepare(&ray, org, dir, 0, start->time);
-        pti_hit_init(&hit, 0);
-        ++*rays;
-        if (!t->trace(&s->geometry, &ray, &hit, 0))
-            return pti_add(L, pti_mul(beta, pti_environment_radiance(&s->environment, dir)));
-        pti_vertex_fill(&s->geometry, &ray, &hit, &x);
-        m = pti_material_at(s, &x);
-        if (m->wants_coordinates || s->density_count) pti_vertex_coordinates(&s->geometry, &x);
+        if (!m)
+            return pti_madd(pti_mul(beta, pti_environment_radiance(&s->environment, dir)), pti_nee_found(&nee, dir), L);
         if (m->disperses && !(wavelength > 0)) wavelength = pti_path_wavelength(t, sampler, &beta);
         x.wavelength = wavelength;
-        if (m->emits) L = pti_add(L, pti_mul(beta, pti_material_emission(m, &x)));
+        if (m->emits) L = pti_madd(pti_mul(beta, pti_material_emission(m, &x)), pti_nee_found(&nee, dir), L);
         if (depth == t->max_depth) return L;
         pti_draw2(sampler, 1 + (uint32_t)depth, 0, u);
         if (s->lights.count > 1 || s->density_count || m->wants_choice)
             pti_draw2(sampler, 1 + (uint32_t)depth, 1, choice);
         pti_surface_at(m, &x, &surface);
-        if (pti_largest(potential) < 1 && surface.delta < 0.999f
-            && !pti_roulette(&beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
+        if (!pti_path_goes_on(t, &surface, &beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
+        if (t->integrator) L = pti_add(L, pti_mul(beta, pti_nee_at(t, &mix, sampler, (uint32_t)depth, &nee, rays)));
         pti_mixture_calm(&mix, pti_largest(potential));
         if (!pti_mixture_sample(&mix, u[0], u[1], choice, &step)) return L;
         if (!(fabsf(pti_dot(step.wi, step.wi) - 1) < 1e-3f) || !pti_finite3(step.weight))
             return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
+        if (t->integrator) nee.p = step.p;
         beta = pti_mul(beta, step.weight);
         if (!step.delta) potential = pti_mul(potential, step.weight);
         if (!step.delta && surface.squeeze != 1 && !pti_same_side(&x, x.wo, step.wi))
@@ -6003,6 +6154,9 @@ static int pti_check_render(pt_render *r, int *isa) {
         && pti_check_range(r, d->tile, 1, 65536, "tile") && pti_check_range(r, d->threads, 1, 4096, "threads")
         && pti_check_range(r, d->first_sample, 0, 0x7fffffff - d->spp, "first_sample")
         && pti_check_range(r, (int)d->sampler, PT_SAMPLER_SOBOL, PT_SAMPLER_RANDOM, "sampler")
+        && pti_check_range(r, d->max_diffuse, 0, 0x7ffffff, "max_diffuse")
+        && pti_check_range(r, (int)d->integrator, PT_INTEGRATOR_MIXTURE, PT_INTEGRATOR_NEE_ALL, "integrator")
+        && pti_check_range(r, (int)d->roulette, PT_ROULETTE_POTENTIAL, PT_ROULETTE_NONE, "roulette")
         && pti_check_range(r, (int)d->filter, PT_FILTER_DEFAULT, PT_FILTER_BLACKMAN_HARRIS, "filter")
         && pti_check_float(r, d->filter_radius >= 0 && d->filter_radius <= 64, d->filter_radius,
                            "filter_radius must be up to 64, or 0 for the filter's own")
@@ -6072,6 +6226,9 @@ PTI_NOINLINE pt_render *pti_render_create(const pt_scene *s, const pt_render_des
     r->tracer.trace = pti_trace_for(isa);
     r->tracer.weights = d->weights;
     r->tracer.max_depth = r->desc.max_depth;
+    r->tracer.max_diffuse = r->desc.max_diffuse;
+    r->tracer.integrator = d->integrator;
+    r->tracer.roulette = d->roulette;
     return r;
 }
 PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
