@@ -398,10 +398,11 @@ typedef enum pt_roulette {
 
 typedef struct pt_render_desc {
     int width, height, spp;                               /* pixels, up to 65536 each; samples a pixel, 0 = 64 */
-    int max_depth;                                        /* scattering events, up to 2^27 - 1; 0 = 64 */
-    int max_diffuse;                                      /* scattering events by diffuse lobes: diffuse, translucent, fuzz,
-                                                             users'. 1 = direct light, and what mirrors and gloss show of
-                                                             it; 0 = no limit but max_depth */
+    int max_depth;                                        /* scattering events, black beyond, up to 2^27 - 1; 0 = 64. 1 is
+                                                             direct light */
+    int max_diffuse;                                      /* of them by diffuse lobes: diffuse, translucent, fuzz, users'. 1 is
+                                                             for outdoors: direct light alone, and that in mirrors, in
+                                                             gloss and through glass; 0 = no limit but max_depth */
     int tile, threads;                                    /* up to 65536, 0 = 32 pixels; up to 4096, 0 = one a core */
     uint64_t seed;
     int first_sample;                                     /* of a larger render that several machines share */
@@ -5446,6 +5447,11 @@ static void pti_mixture_calm(pti_mixture *m, float potential) {
     m->users *= calm;
     m->bsdf = 1 - m->lights - m->environment - m->users;
 }
+/* What the lights' densities have in it. */
+static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi) {
+    float p = m->lights > 0 ? m->lights * pti_lights_pdf(&m->scene->lights, m->origin, wi) : 0.0f;
+    return m->environment > 0 ? p + m->environment * pti_environment_pdf(&m->scene->environment, wi) : p;
+}
 /* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
    that is 0, nobody wants to know p. */
 static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
@@ -5454,8 +5460,7 @@ static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
     size_t i;
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
-    if (m->lights > 0) p += m->lights * pti_lights_pdf(&s->lights, m->origin, wi);
-    if (m->environment > 0) p += m->environment * pti_environment_pdf(&s->environment, wi);
+    p += pti_mixture_pdf_lights(m, wi);
     for (i = 0; i < s->density_count; i++)
         p += scale * s->densities[i].weight * s->densities[i].pdf(s->densities[i].user, m->x, wi);
     return p;
@@ -5469,6 +5474,14 @@ static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const
         left -= s->densities[i].weight;
     }
     return s->densities[i].sample(s->densities[i].user, m->x, u, wi);
+}
+
+/* From the lights' densities alone, which must have all the shares. */
+static int pti_mixture_sample_lights(const pti_mixture *m, uint32_t u, uint32_t v, uint32_t choice[2], pt_vec3 *wi) {
+    const pt_scene *s = m->scene;
+    if (m->environment <= 0 || (m->lights > 0 && pti_split(choice, m->lights)))
+        return pti_lights_sample(&s->lights, m->origin, choice[0], pti_u01(u), pti_u01(v), wi);
+    return pti_environment_sample(&s->environment, u, pti_u01(v), wi);
 }
 
 /* A next direction: weight = f |cos| / p. */
@@ -5547,6 +5560,48 @@ static int pti_path_goes_on(const pti_tracer *t, const pti_surface *surface, pt_
         return !(pti_largest(*potential) < 1) || surface->delta >= 0.999f || pti_roulette(beta, potential, u);
     return t->roulette == PT_ROULETTE_NONE || pti_roulette(potential, beta, u);
 }
+/* A limit on diffuse scattering is one on light, not on vertices: what leaves a surface is a sum over lobes, each term of
+   which counts or does not, however wi was drawn. So a path draws lots for who scattered it, with odds as the terms, and at
+   the limit surfaces have no diffuse lobes left. A floor with gloss then still shows the room, lit as the limit has it. */
+static int pti_lobe_is_diffuse(const pti_lobe *l) { return l->kind <= PTI_FUZZ || l->kind == PTI_USER_LOBE; }
+static int pti_surface_drop_diffuse(pti_surface *s) {    /* 0 if nothing is left */
+    float sum = 0, delta = 0;
+    int i, n = 0;
+    for (i = 0; i < s->count; i++) {
+        if (pti_lobe_is_diffuse(s->lobes + i)) continue;
+        sum += s->lobes[i].share;
+        if (s->lobes[i].kind >= PTI_PASS) delta += s->lobes[i].share;
+        if (n < i) s->lobes[n] = s->lobes[i];
+        n++;
+    }
+    for (i = 0; i < n; i++) s->lobes[i].share /= sum;
+    s->count = n;
+    s->delta = n ? delta / sum : 0.0f;
+    return n;
+}
+static float pti_part_over(float part, float whole) { return whole > 0 ? part / whole : 0.0f; }
+/* 1 if it was a diffuse lobe; the step's weight becomes that of the term. */
+static int pti_step_is_diffuse(const pti_surface *s, pti_step *step, uint32_t u) {
+    int same_side = pti_same_side(s->x, s->x->wo, step->wi), diffuse = 0, others = 0, was, i;
+    pt_vec3 f[2], one, all;
+    float q;
+    for (i = 0; i < s->count; i++)
+        if (pti_lobe_is_diffuse(s->lobes + i)) diffuse++;
+        else if (s->lobes[i].kind < PTI_PASS) others++;
+    if (step->delta || !diffuse || !others) return !step->delta && diffuse;
+    f[0] = f[1] = pt_v3(0, 0, 0);
+    for (i = 0; i < s->count; i++) {
+        was = pti_lobe_is_diffuse(s->lobes + i);
+        pti_lobe_eval(s->lobes + i, s->x, same_side, step->wi, &one);
+        f[was] = pti_add(f[was], one);
+    }
+    all = pti_add(f[0], f[1]);
+    q = pti_part_over(pti_luminance(f[1]), pti_luminance(all));
+    was = pti_split(&u, q);
+    one = pt_v3(pti_part_over(f[was].x, all.x), pti_part_over(f[was].y, all.y), pti_part_over(f[was].z, all.z));
+    step->weight = pti_mul(step->weight, pti_scale(one, 1 / (was ? q : 1 - q)));
+    return was;
+}
 /* The next vertex of a path, and its material; NULL: none, the sky. */
 static const pti_material *pti_path_trace(const pti_tracer *t, pt_vec3 org, pt_vec3 dir, float time, pt_vertex *x,
                                           uint64_t *rays) {
@@ -5573,55 +5628,53 @@ static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler
     *beta = pti_mul(*beta, color);
     return wavelength;
 }
-/* Next-event estimation, the other integrator. Two densities that share a vertex x: p_b of the mixture without its lights,
-   from which the path goes on, and p_l of the lights alone, from which one more ray is drawn. Both find emission,
+/* Next-event estimation, the other integrator. Two densities that share a vertex: p_b of the mixture without its lights, from
+   which the path goes on, and p_l of the lights alone, from which one more ray is drawn. Both find emission,
        L += beta (f |cos| Le w_l / p_l + f |cos| Le w_b / p_b),    w_l = p_l^2 / (p_l^2 + p_b^2),    w_b = 1 - w_l,
    one Le along wi_l, one along wi_b (Veach and Guibas 1995, power heuristic). Both are densities over directions, so Le is
    that of the nearest surface, whichever emitter was aimed at, and p_l counts all emitters along wi. What a delta shows,
    p_l does not draw: it counts in full. So does what is behind something that lets light straight through, since the
-   ray that is drawn from the lights ends there. */
+   ray that is drawn from the lights ends there.
+   To each light: one ray from each emitter's density, and as many from the environment's as it has suns and a map, strata of
+   its u; then p_l is the sum. */
 typedef struct pti_nee {
-    const pt_scene *scene;
-    pt_vec3 origin;
-    float lights, environment;                           /* parts of p_l; all: 1, and p_l is the sum over all emitters */
-    int all;
+    pti_mixture lights;                                  /* of nothing else; *x and *surface are gone at the next vertex */
+    float each;                                          /* 0, or how many rays the environment gets */
     float p;                                             /* p_b of the path's own next ray; 0: it counts in full */
 } pti_nee;
 
-/* Takes the lights out of the mixture. */
-static pti_nee pti_nee_split(pti_mixture *m, int all) {
-    pti_nee n;
+/* Takes the lights out of the mixture. 0: there are none. */
+static int pti_nee_split(pti_mixture *m, int each, pti_nee *n) {
+    const pti_environment *e = &m->scene->environment;
     float sum = m->lights + m->environment;
-    n.scene = m->scene; n.origin = m->origin; n.all = all; n.p = 0;
-    n.lights = m->lights > 0 ? all ? 1.0f : m->lights / sum : 0.0f;
-    n.environment = m->environment > 0 ? all ? 1.0f : m->environment / sum : 0.0f;
+    n->lights = *m;
+    n->p = 0;
+    n->each = each ? (float)(e->sun_count + (e->textured ? 1u : 0u)) : 0.0f;
+    n->lights.bsdf = n->lights.users = 0;
     m->lights = m->environment = 0;
     m->bsdf = 1 - m->users;
-    return n;
+    if (!(sum > 0)) return 0;
+    n->lights.lights /= sum;
+    n->lights.environment /= sum;
+    return 1;
 }
-static float pti_nee_pdf(const pti_nee *n, pt_vec3 wi) {
-    const pti_lights *l = &n->scene->lights;
-    const pti_environment *e = &n->scene->environment;
+static float pti_nee_pdf(const pti_nee *n, pt_vec3 wi, int each) {
+    const pti_mixture *m = &n->lights;
+    const pti_lights *l = &m->scene->lights;
     float p = 0;
     size_t i;
-    if (!n->all) {
-        if (n->lights > 0) p += n->lights * pti_lights_pdf(l, n->origin, wi);
-        if (n->environment > 0) p += n->environment * pti_environment_pdf(e, wi);
-        return p;
-    }
-    for (i = 0; n->lights > 0 && i < l->count; i++) p += pti_emitter_pdf(l->emitters + i, n->origin, wi);
-    if (!(n->environment > 0)) return p;
-    if (e->textured) p += pti_environment_pdf_map(e, wi);
-    for (i = 0; i < e->sun_count; i++) p += pti_sun_pdf(e->suns + i, wi);
-    return p;
+    if (!each) return pti_mixture_pdf_lights(m, wi);
+    for (i = 0; m->lights > 0 && i < l->count; i++) p += pti_emitter_pdf(l->emitters + i, m->origin, wi);
+    return m->environment > 0 ? p + n->each * pti_environment_pdf(&m->scene->environment, wi) : p;
 }
 static float pti_power_heuristic(float p, float other) {
     float r = other / p;
     return p > 0 ? 1 / (1 + r * r) : 0.0f;
 }
 /* The weight of emission that the path's own ray along wi found. */
-static float pti_nee_found(const pti_nee *n, pt_vec3 wi) {
-    return n->p > 0 ? pti_power_heuristic(n->p, pti_nee_pdf(n, wi)) : 1.0f;
+static float pti_nee_found(const pti_tracer *t, const pti_nee *n, pt_vec3 wi) {
+    if (!(n->p > 0)) return 1;
+    return pti_power_heuristic(n->p, pti_nee_pdf(n, wi, t->integrator == PT_INTEGRATOR_NEE_ALL));
 }
 /* What the nearest surface emits, or the sky. */
 static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_vec3 wi, uint64_t *rays) {
@@ -5633,52 +5686,44 @@ static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_
 }
 /* f |cos| Le w_l / p_l for a wi that was drawn from the lights. */
 static pt_vec3 pti_nee_gather(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, pt_vec3 wi, uint64_t *rays) {
-    pt_vec3 f;
+    pt_vec3 f, L;
     float q = pti_mixture_pdf(m, wi, &f), p;
     if (pti_is_zero3(f)) return f;
-    p = pti_nee_pdf(n, wi);
-    if (p <= 0) return pt_v3(0, 0, 0);
-    f = pti_scale(f, pti_power_heuristic(p, q) / p);
-    return pti_mul(f, pti_path_emission(t, m->x, wi, rays));
+    L = pti_mul(f, pti_path_emission(t, m->x, wi, rays));
+    if (pti_is_zero3(L)) return L;
+    p = pti_nee_pdf(n, wi, t->integrator == PT_INTEGRATOR_NEE_ALL);
+    return p > 0 ? pti_scale(L, pti_power_heuristic(p, q) / p) : pt_v3(0, 0, 0);
 }
 static pt_vec3 pti_nee_one(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, const pti_sampler *sampler,
                            uint32_t group, uint64_t *rays) {
-    const pt_scene *s = t->scene;
+    const pti_mixture *l = &n->lights;
     uint32_t u[2], choice[2] = { 0, 0 };
     pt_vec3 wi;
-    pti_draw2(sampler, PTI_GROUP_SHADOW | group, 0, u);
-    if (s->lights.count > 1 || n->environment > 0) pti_draw2(sampler, PTI_GROUP_SHADOW | group, 1, choice);
-    if (pti_split(choice, n->lights) ? pti_lights_sample(&s->lights, n->origin, choice[0], pti_u01(u[0]), pti_u01(u[1]), &wi)
-                                     : pti_environment_sample(&s->environment, u[0], pti_u01(u[1]), &wi))
-        return pti_nee_gather(t, n, m, wi, rays);
-    return pt_v3(0, 0, 0);
-}
-/* Emitters, then suns, then the map: u and v of the k-th, which has a group of its own. */
-static int pti_nee_sample_kth(const pti_nee *n, size_t k, float u, float v, pt_vec3 *wi) {
-    const pti_lights *l = &n->scene->lights;
-    const pti_environment *e = &n->scene->environment;
-    if (k < l->count) return n->lights > 0 && pti_emitter_sample(l->emitters + k, n->origin, u, v, wi);
-    k -= l->count;
-    if (!(n->environment > 0)) return 0;
-    return k < e->sun_count ? pti_sun_sample(e->suns + k, u, v, wi) : e->textured && pti_environment_sample_map(e, u, v, wi);
+    pti_draw2(sampler, group, 0, u);
+    if (t->scene->lights.count > 1 || l->environment > 0) pti_draw2(sampler, group, 1, choice);
+    if (!pti_mixture_sample_lights(l, u[0], u[1], choice, &wi)) return pt_v3(0, 0, 0);
+    return pti_nee_gather(t, n, m, wi, rays);
 }
 static pt_vec3 pti_nee_each(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, const pti_sampler *sampler,
                             uint32_t group, uint64_t *rays) {
-    size_t k, count = t->scene->lights.count + t->scene->environment.sun_count + 1;
+    const pti_lights *l = &t->scene->lights;
+    uint32_t count = (uint32_t)(n->lights.lights > 0 ? l->count : 0), sky = (uint32_t)(n->lights.environment > 0 ? n->each : 0), k, u[2];
     pt_vec3 L = pt_v3(0, 0, 0), wi;
-    uint32_t u[2];
-    for (k = 0; k < count; k++) {
-        pti_draw2(sampler, PTI_GROUP_SHADOW | pti_hash2(group, (uint32_t)k), 0, u);
-        if (pti_nee_sample_kth(n, k, pti_u01(u[0]), pti_u01(u[1]), &wi)) L = pti_add(L, pti_nee_gather(t, n, m, wi, rays));
+    for (k = 0; k < count + sky; k++) {
+        pti_draw2(sampler, PTI_GROUP_SHADOW | pti_hash2(group, k), 0, u);
+        if (k < count ? pti_emitter_sample(l->emitters + k, m->origin, pti_u01(u[0]), pti_u01(u[1]), &wi)
+                      : pti_environment_sample(&t->scene->environment, (uint32_t)(((uint64_t)(k - count) << 32 | u[0]) / sky),
+                                               pti_u01(u[1]), &wi))
+            L = pti_add(L, pti_nee_gather(t, n, m, wi, rays));
     }
     return L;
 }
-/* What is gathered at the vertex where m stands, whose lights go over into *n. */
-static pt_vec3 pti_nee_at(const pti_tracer *t, pti_mixture *m, const pti_sampler *sampler, uint32_t group, pti_nee *n,
-                       uint64_t *rays) {
-    *n = pti_nee_split(m, t->integrator == PT_INTEGRATOR_NEE_ALL);
-    if (!(n->lights + n->environment > 0)) return pt_v3(0, 0, 0);
-    return n->all ? pti_nee_each(t, n, m, sampler, group, rays) : pti_nee_one(t, n, m, sampler, group, rays);
+/* What the lights send to the vertex where m stands; m goes on without them. */
+static pt_vec3 pti_nee_at(const pti_tracer *t, pti_mixture *m, const pti_sampler *sampler, uint32_t depth, pti_nee *n,
+                          uint64_t *rays) {
+    int each = t->integrator == PT_INTEGRATOR_NEE_ALL;
+    if (!pti_nee_split(m, each, n)) return pt_v3(0, 0, 0);
+    return each ? pti_nee_each(t, n, m, sampler, depth, rays) : pti_nee_one(t, n, m, sampler, PTI_GROUP_SHADOW | depth, rays);
 }
 
 /* wavelength: 0 where the camera let all of them through. */
@@ -5687,7 +5732,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
     const pt_scene *s = t->scene;
     pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, org = start->org, dir = start->dir;
     pti_nee nee;
-    int depth;
+    int depth, diffuse = 0;
     nee.p = 0;
     for (depth = 0; ; depth++) {
         pt_vertex x;
@@ -5697,20 +5742,22 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         pti_step step;
         uint32_t u[2], choice[2] = { 0, 0 };
         if (!m)
-            return pti_madd(pti_mul(beta, pti_environment_radiance(&s->environment, dir)), pti_nee_found(&nee, dir), L);
+            return pti_madd(pti_mul(beta, pti_environment_radiance(&s->environment, dir)), pti_nee_found(t, &nee, dir), L);
         if (m->disperses && !(wavelength > 0)) wavelength = pti_path_wavelength(t, sampler, &beta);
         x.wavelength = wavelength;
-        if (m->emits) L = pti_madd(pti_mul(beta, pti_material_emission(m, &x)), pti_nee_found(&nee, dir), L);
+        if (m->emits) L = pti_madd(pti_mul(beta, pti_material_emission(m, &x)), pti_nee_found(t, &nee, dir), L);
         if (depth == t->max_depth) return L;
         pti_draw2(sampler, 1 + (uint32_t)depth, 0, u);
         if (s->lights.count > 1 || s->density_count || m->wants_choice)
             pti_draw2(sampler, 1 + (uint32_t)depth, 1, choice);
         pti_surface_at(m, &x, &surface);
+        if (t->max_diffuse && diffuse == t->max_diffuse && !pti_surface_drop_diffuse(&surface)) return L;
         if (!pti_path_goes_on(t, &surface, &beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
         if (t->integrator) L = pti_add(L, pti_mul(beta, pti_nee_at(t, &mix, sampler, (uint32_t)depth, &nee, rays)));
         pti_mixture_calm(&mix, pti_largest(potential));
         if (!pti_mixture_sample(&mix, u[0], u[1], choice, &step)) return L;
+        if (t->max_diffuse) diffuse += pti_step_is_diffuse(&surface, &step, pti_hash2(sampler->index, u[1]));
         if (!(fabsf(pti_dot(step.wi, step.wi) - 1) < 1e-3f) || !pti_finite3(step.weight))
             return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
         if (t->integrator) nee.p = step.p;
