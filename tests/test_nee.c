@@ -231,34 +231,35 @@ static void mirrors_do_not_count(void) {
         pt_scene_destroy(s);
     }
 }
-/* Gloss over a diffuse ground, in an even box: seen from straight above, the layer sends on R of it and the ground the rest.
-   With limit 1 all walls that the gloss shows have had one scattering, those that the ground sees none:
-       L = 1 + R_gloss (1 + a) + R_ground, whose sum is known where there is no limit but a depth of 1: 1 + R_gloss + R_ground. */
+/* Gloss over a diffuse ground, all of it emitting 1, in a box of albedo a that does, too. Of the box's light the gloss sends on R,
+   the ground D. With limit 1 the ground has had its scattering, but what the gloss shows has not:
+       L = 1 + D + R (1 + a),   at depth 1 for both 1 + D + R,   and over black ground 1 + R. */
 static void gloss_shows_what_the_limit_leaves(void) {
     static const float roughness[] = { 0, 0.5f };
-    int k;
+    int k, i;
     for (k = 0; k < 2; k++) {
-        float a = 0.5f, r = roughness[k];
+        double a = 0.5, difference, error;
         stats_moments m[3];
-        int i;
-        for (i = 0; i < 3; i++) {                        /* limit 1 and depth 2; depth 1; depth 1 of the gloss alone */
+        for (i = 0; i < 3; i++) {                        /* limit 1 and depth 2; depth 1; depth 1 over black */
             pt_scene *s = pt_scene_create(NULL);
-            pt_material_desc floor = { .bsdf = PT_BSDF_PRINCIPLED, .color = { 0.8f, 0.5f, 0.2f }, .roughness = r, .specular = 1 };
-            pt_render_desc d = view_down(pt_v3(0.3f, 0, 0.2f), 32, 64);
-            if (i == 2) floor.color = pt_v3(0, 0, 0);
-            quad(s, -3, 0, 3, 6, 0, 0, 0, 0, -6, pt_add_material(s, &floor));
+            pt_material_desc ground = { .bsdf = PT_BSDF_PRINCIPLED, .color = { 0.8f, 0.5f, 0.2f }, .roughness = roughness[k], .ior = 3,
+                                        .emission = { 1, 1, 1 } };
+            pt_render_desc d = view_down(pt_v3(0.3f, 0, 0.2f), 32, 96);
+            if (i == 2) ground.color = pt_v3(0, 0, 0);
+            floor_of(s, 3, pt_add_material(s, &ground));
             pt_add_box(s, pt_v3(-3, -1, -3), pt_v3(3, 3, 3), NULL,
-                       pt_add_material(s, &(pt_material_desc){ .color = { a, a, a }, .emission = { 1, 1, 1 }, .two_sided = 1 }));
+                       pt_add_material(s, &(pt_material_desc){ .color = { 0.5f, 0.5f, 0.5f }, .emission = { 1, 1, 1 }, .two_sided = 1 }));
             commit(s);
             d.max_depth = i == 0 ? 2 : 1;
             d.max_diffuse = i == 0;
             m[i] = render_pixels(s, &d);
             pt_scene_destroy(s);
         }
-        test_case("gloss of roughness %g: %g, %g, %g", (double)r, m[0].mean, m[1].mean, m[2].mean);
-        m[1].mean += (double)a * m[2].mean * 0;          /* see below */
-        CHECK(m[0].mean > m[1].mean);
-        CHECK(m[2].mean > 0.02);
+        difference = m[0].mean - m[1].mean - a * (m[2].mean - 1);
+        error = sqrt(pow(stats_error(&m[0]), 2) + pow(stats_error(&m[1]), 2) + pow(a * stats_error(&m[2]), 2));
+        test_case("gloss of roughness %g: %g, %g, %g", (double)roughness[k], m[0].mean, m[1].mean, m[2].mean);
+        CHECK_P(stats_normal_p(difference / error));
+        CHECK(error < 0.05 * a * (m[2].mean - 1));
     }
 }
 /* Whose part was it? Over many lots, both parts have the weight that they should, in each channel. */
@@ -300,6 +301,64 @@ static void parts_of_a_step(void) {
     pt_scene_destroy(s);
 }
 
+/* ---- roulette ---- */
+
+/* A lamp in eight shells of tinted glass that does not bend light: c^16 of it come out. By potential roulette does not look at
+   what the glass takes, as if there were none; by throughput it is right in the mean, and noisy. */
+static void roulette_in_nested_shells(void) {
+    stats_moments m[3];
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material tinted = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_DIELECTRIC, .ior = 1, .color = { 0.7f, 0.75f, 0.8f } });
+    pt_render_desc d = view(pt_v3(0, 0, 9), pt_v3(0, 0, 0), 4, 32, 64);
+    double want = pow(0.75, 16) * 1000;
+    int k;
+    for (k = 0; k < 16; k++) pt_add_sphere(s, pt_v3(0, 0, 0), 1 + 0.1f * (float)k, tinted);
+    pt_add_sphere(s, pt_v3(0, 0, 0), 0.9f, lamp(s, 1000, 0));
+    commit(s);
+    for (k = 0; k < 3; k++) {
+        d.roulette = (pt_roulette)k;
+        m[k] = render_pixels(s, &d);
+        test_case("roulette %d", k);
+        if (k == PT_ROULETTE_THROUGHPUT) { CHECK_P(stats_t_test(&m[k], want)); CHECK(stats_variance(&m[k]) > 0.01 * want * want); }
+        else { CHECK_NEAR(m[k].mean, want, 1e-4 * want); CHECK(stats_variance(&m[k]) < 1e-8 * want * want); }
+    }
+    pt_scene_destroy(s);
+}
+/* All ways have one mean, where potentials fall below the start and where they are reset often. */
+static void roulettes_agree(void) {
+    stats_moments m[3][BLOCKS];
+    int k;
+    memset(m, 0, sizeof m);
+    for (k = 0; k < 3; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 0), 40, 8, 64);
+        lamps_behind_glass(s, &d);
+        d.roulette = (pt_roulette)k;
+        if (commit(s)) push_blocks(m[k], s, &d, 16, (uint64_t)(k * 100 + 7));
+        pt_scene_destroy(s);
+    }
+    compare_blocks("potential and none", m[0], m[2]);
+    compare_blocks("throughput and none", m[1], m[2]);
+}
+/* Bad values are refused. */
+static void settings_are_checked(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    int k;
+    commit(s);
+    for (k = 0; k < 4; k++) {
+        pt_render_desc d = view(pt_v3(0, 0, 1), pt_v3(0, 0, 0), 40, 8, 1);
+        pt_render *r;
+        if (k == 0) d.integrator = (pt_integrator)3;
+        if (k == 1) d.roulette = (pt_roulette)3;
+        if (k == 2) d.max_diffuse = -1;
+        r = pt_render_create(s, &d);
+        CHECK((pt_render_run(r) == PT_ERR_ARG) == (k < 3));
+        CHECK(k == 3 || strstr(pt_render_error(r), k == 0 ? "integrator is 3" : k == 1 ? "roulette is 3" : "max_diffuse is -1"));
+        pt_render_destroy(r);
+    }
+    pt_scene_destroy(s);
+}
+
 void test_nee(void) {
     RUN(agrees_in_cornell_box); RUN(agrees_by_the_wall); RUN(agrees_on_hidden_lights); RUN(agrees_on_a_mesh_light);
     RUN(agrees_under_the_sun); RUN(agrees_on_mirror_and_glass); RUN(agrees_on_instances); RUN(agrees_in_a_closed_room);
@@ -307,4 +366,5 @@ void test_nee(void) {
     RUN(agrees_behind_nothing); RUN(agrees_on_all_that_shines); RUN(agrees_on_textured_lamps);
     RUN(samplers_agree); RUN(nothing_to_draw); RUN(rays_are_counted);
     RUN(limits_cut_the_series); RUN(mirrors_do_not_count); RUN(gloss_shows_what_the_limit_leaves); RUN(parts_of_a_step);
+    RUN(roulette_in_nested_shells); RUN(roulettes_agree); RUN(settings_are_checked);
 }

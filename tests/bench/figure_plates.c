@@ -26,13 +26,13 @@ static void plates(pt_scene *s, pt_render_desc *d) {
         pt_vec3 p = { 0, 1.2f - 1.25f * (float)i, -1.5f + 1.9f * (float)i }, n, up;
         n = pti_normalize(pti_add(pti_normalize(pti_sub(eye, p)), pti_normalize(pti_sub(lamps, p))));
         up = pt_v3(0, .55f * n.z, -.55f * n.y);          /* across the plate, away from the eye */
-        pt_add_quad(s, pt_v3(-4, p.y - up.y, p.z - up.z), pt_v3(8, 0, 0), pti_scale(up, 2), scene_metal(s, .6f, .6f, .6f, roughness[i]));
+        pt_add_quad(s, pt_v3(-5.5f, p.y - up.y, p.z - up.z), pt_v3(11, 0, 0), pti_scale(up, 2), scene_metal(s, .6f, .6f, .6f, roughness[i]));
     }
     for (i = 0; i < 5; i++)
         pt_add_sphere(s, pt_v3(-4.4f + 2.2f * (float)i, lamps.y, lamps.z), radius[i], scene_lamp(s, .8f / (radius[i] * radius[i])));
     d->camera.eye = eye;
-    d->camera.target = pt_v3(0, 1.6f, 0);
-    d->camera.vfov_deg = 38;
+    d->camera.target = pt_v3(0, .95f, 0);
+    d->camera.vfov_deg = 44;
     d->max_depth = 1;
 }
 static void table(const settings *set, const char *name, const pt_scene *s, pt_render_desc d, const int spp[WAYS], const float *r, const char *file) {
