@@ -381,7 +381,7 @@ typedef struct pt_weights { float bsdf, lights, environment; } pt_weights;
 
 /* How a path finds light. All have the same mean, and differ in noise and time. */
 typedef enum pt_integrator {
-    PT_INTEGRATOR_MIXTURE,                                /* one ray a vertex, drawn from one density that knows the lights */
+    PT_INTEGRATOR_MIXTURE,                                /* one ray a vertex, from one density that knows lights */
     PT_INTEGRATOR_NEE,                                    /* next-event estimation: two rays a vertex, one drawn from the
                                                              lights, for what they send here, one from the BSDF and the
                                                              users' densities, to go on; both find emission, weighted
@@ -401,9 +401,9 @@ typedef struct pt_render_desc {
     int width, height, spp;                               /* pixels, up to 65536 each; samples a pixel, 0 = 64 */
     int max_depth;                                        /* scattering events, black beyond, up to 2^27 - 1; 0 = 64. 1 is
                                                              direct light */
-    int max_diffuse;                                      /* of them by diffuse lobes: diffuse, translucent, fuzz, users'. 1 is
-                                                             for outdoors: direct light alone, and that in mirrors, in
-                                                             gloss and through glass; 0 = no limit but max_depth */
+    int max_diffuse;                                      /* of them by diffuse lobes: diffuse, translucent, fuzz, users'.
+                                                             1 is for outdoors: direct light alone, and that in mirrors,
+                                                             in gloss and through glass; 0 = no limit but max_depth */
     int tile, threads;                                    /* up to 65536, 0 = 32 pixels; up to 4096, 0 = one a core */
     uint64_t seed;
     int first_sample;                                     /* of a larger render that several machines share */
@@ -5546,8 +5546,9 @@ typedef struct pti_tracer {                              /* what all paths of a 
    tinted glass all paths are dim and none is worth less for it. It plays after the emission at a vertex has been added, not
    before the ray there is traced: a path that aims at a lamp has a small f / p just because the lamp is bright. For the same
    reason it does not play at mirrors and panes, behind which the lamp may be. And radiance that glass has squeezed is no
-   no less: it comes out again. And it begins late: a path saves few rays by ending at its second vertex, where it would
-   soon be lost anyway, and costs much noise. With a start of 1 it was worse than none on 10 of 14 scenes, with 1/4 on none. */
+   less: it comes out again. And it begins late: a path that ends at its second vertex saves few rays, since most would soon
+   be lost anyway, and costs much noise. With a start of 1, relMSE x rays was worse than without roulette on 10 of 14 scenes
+   (tests/bench/figure_roulette.c), with 1/4 on none. */
 #define PTI_ROULETTE_START 0.25f
 #define PTI_ROULETTE_LEAST 0.05f
 static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {   /* looks at *potential */
@@ -5558,9 +5559,11 @@ static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {   /* lo
     *potential = pti_scale(*potential, 1 / q);
     return 1;
 }
-static int pti_path_goes_on(const pti_tracer *t, const pti_surface *surface, pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
+static int pti_path_goes_on(const pti_tracer *t, const pti_surface *surface, pt_vec3 *beta, pt_vec3 *potential,
+                            uint32_t u) {
     if (t->roulette == PT_ROULETTE_POTENTIAL)
-        return !(pti_largest(*potential) < PTI_ROULETTE_START) || surface->delta >= 0.999f || pti_roulette(beta, potential, u);
+        return !(pti_largest(*potential) < PTI_ROULETTE_START) || surface->delta >= 0.999f
+            || pti_roulette(beta, potential, u);
     return t->roulette == PT_ROULETTE_NONE || pti_roulette(potential, beta, u);
 }
 /* A limit on diffuse scattering is one on light, not on vertices: what leaves a surface is a sum over lobes, each term of
@@ -5631,15 +5634,15 @@ static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler
     *beta = pti_mul(*beta, color);
     return wavelength;
 }
-/* Next-event estimation, the other integrator. Two densities that share a vertex: p_b of the mixture without its lights, from
+/* Next-event estimation, the other integrator. Two densities share a vertex: p_b of the mixture without its lights, from
    which the path goes on, and p_l of the lights alone, from which one more ray is drawn. Both find emission,
        L += beta (f |cos| Le w_l / p_l + f |cos| Le w_b / p_b),    w_l = p_l^2 / (p_l^2 + p_b^2),    w_b = 1 - w_l,
    one Le along wi_l, one along wi_b (Veach and Guibas 1995, power heuristic). Both are densities over directions, so Le is
    that of the nearest surface, whichever emitter was aimed at, and p_l counts all emitters along wi. What a delta shows,
    p_l does not draw: it counts in full. So does what is behind something that lets light straight through, since the
    ray that is drawn from the lights ends there.
-   To each light: one ray from each emitter's density, and as many from the environment's as it has suns and a map, strata of
-   its u; then p_l is the sum. */
+   To each light: one ray from each emitter's density, and from the environment's as many as it has suns and a map, which
+   are strata of its u; then p_l is the sum. */
 typedef struct pti_nee {
     pti_mixture lights;                                  /* of nothing else; *x and *surface are gone at the next vertex */
     float each;                                          /* 0, or how many rays the environment gets */
@@ -5710,13 +5713,14 @@ static pt_vec3 pti_nee_one(const pti_tracer *t, const pti_nee *n, const pti_mixt
 static pt_vec3 pti_nee_each(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, const pti_sampler *sampler,
                             uint32_t group, uint64_t *rays) {
     const pti_lights *l = &t->scene->lights;
-    uint32_t count = (uint32_t)(n->lights.lights > 0 ? l->count : 0), sky = (uint32_t)(n->lights.environment > 0 ? n->each : 0), k, u[2];
+    uint32_t count = n->lights.lights > 0 ? (uint32_t)l->count : 0, k, u[2];
+    uint32_t sky = n->lights.environment > 0 ? (uint32_t)n->each : 0;
     pt_vec3 L = pt_v3(0, 0, 0), wi;
     for (k = 0; k < count + sky; k++) {
         pti_draw2(sampler, PTI_GROUP_SHADOW | pti_hash2(group, k), 0, u);
+        if (k >= count) u[0] = (uint32_t)(((uint64_t)(k - count) << 32 | u[0]) / sky);
         if (k < count ? pti_emitter_sample(l->emitters + k, m->origin, pti_u01(u[0]), pti_u01(u[1]), &wi)
-                      : pti_environment_sample(&t->scene->environment, (uint32_t)(((uint64_t)(k - count) << 32 | u[0]) / sky),
-                                               pti_u01(u[1]), &wi))
+                      : pti_environment_sample(&t->scene->environment, u[0], pti_u01(u[1]), &wi))
             L = pti_add(L, pti_nee_gather(t, n, m, wi, rays));
     }
     return L;
@@ -5726,7 +5730,8 @@ static pt_vec3 pti_nee_at(const pti_tracer *t, pti_mixture *m, const pti_sampler
                           uint64_t *rays) {
     int each = t->integrator == PT_INTEGRATOR_NEE_ALL;
     if (!pti_nee_split(m, each, n)) return pt_v3(0, 0, 0);
-    return each ? pti_nee_each(t, n, m, sampler, depth, rays) : pti_nee_one(t, n, m, sampler, PTI_GROUP_SHADOW | depth, rays);
+    return each ? pti_nee_each(t, n, m, sampler, depth, rays)
+                : pti_nee_one(t, n, m, sampler, PTI_GROUP_SHADOW | depth, rays);
 }
 
 /* wavelength: 0 where the camera let all of them through. */
