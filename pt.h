@@ -390,9 +390,31 @@ typedef enum pt_sampler { PT_SAMPLER_SOBOL, PT_SAMPLER_STRATIFIED, PT_SAMPLER_RA
    Any weights with bsdf > 0 have the same mean; without it, light that only the BSDF finds is left out: for comparisons. */
 typedef struct pt_weights { float bsdf, lights, environment; } pt_weights;
 
+/* How a path finds light. All have the same mean, and differ in noise and time. */
+typedef enum pt_integrator {
+    PT_INTEGRATOR_MIXTURE,                                /* one ray a vertex, from one density that knows lights */
+    PT_INTEGRATOR_NEE,                                    /* next-event estimation: two rays a vertex, one drawn from the
+                                                             lights, for what they send here, one from the BSDF and the
+                                                             users' densities, to go on; both find emission, weighted
+                                                             (Veach and Guibas 1995, power heuristic) */
+    PT_INTEGRATOR_NEE_ALL                                 /* the same with a ray to each emitter, each sun and the
+                                                             environment: for a few lights */
+} pt_integrator;
+/* When a path ends early, by chance. Where what this looks at is below 1/4, four times that is the chance to go on (but no
+   less than 0.05). */
+typedef enum pt_roulette {
+    PT_ROULETTE_POTENTIAL,                                /* throughput, without what mirrors and panes have taken */
+    PT_ROULETTE_THROUGHPUT,                               /* throughput as it is: worse behind tinted glass */
+    PT_ROULETTE_NONE                                      /* never: all go on to max_depth, or until they are lost */
+} pt_roulette;
+
 typedef struct pt_render_desc {
     int width, height, spp;                               /* pixels, up to 65536 each; samples a pixel, 0 = 64 */
-    int max_depth;                                        /* scattering events, up to 2^27 - 1; 0 = 64 */
+    int max_depth;                                        /* scattering events, black beyond, up to 2^27 - 1; 0 = 64. 1 is
+                                                             direct light */
+    int max_diffuse;                                      /* of them by diffuse lobes: diffuse, translucent, fuzz, users'.
+                                                             1 is for outdoors: direct light alone, and that in mirrors,
+                                                             in gloss and through glass; 0 = no limit but max_depth */
     int tile, threads;                                    /* up to 65536, 0 = 32 pixels; up to 4096, 0 = one a core */
     uint64_t seed;
     int first_sample;                                     /* of a larger render that several machines share */
@@ -403,7 +425,9 @@ typedef struct pt_render_desc {
     pt_sampler sampler;
     pt_filter filter;
     float filter_radius;                                  /* pixels, up to 64; 0 = the filter's own */
-    pt_weights weights;
+    pt_weights weights;                                   /* NEE: lights to environment as here, and none if both are 0 */
+    pt_integrator integrator;
+    pt_roulette roulette;
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
                                                              finished it; nonzero cancels. It may call pt_render_pixels,
@@ -5885,6 +5909,11 @@ static void pti_mixture_calm(pti_mixture *m, float potential) {
     m->users *= calm;
     m->bsdf = 1 - m->lights - m->environment - m->users;
 }
+/* What the lights' densities have in it. */
+static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi) {
+    float p = m->lights > 0 ? m->lights * pti_lights_pdf(&m->scene->lights, &m->receiver, wi) : 0.0f;
+    return m->environment > 0 ? p + m->environment * pti_environment_pdf(&m->scene->environment, m->sky, wi) : p;
+}
 /* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
    that is 0, nobody wants to know p. */
 static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
@@ -5893,8 +5922,7 @@ static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
     size_t i;
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
-    if (m->lights > 0) p += m->lights * pti_lights_pdf(&s->lights, &m->receiver, wi);
-    if (m->environment > 0) p += m->environment * pti_environment_pdf(&s->environment, m->sky, wi);
+    p += pti_mixture_pdf_lights(m, wi);
     for (i = 0; m->users > 0 && i < s->density_count; i++) {
         share = pti_density_share(s->densities + i, m->x);
         if (share > 0) p += m->users / m->asked * share * s->densities[i].pdf(s->densities[i].user, m->x, wi);
@@ -5914,8 +5942,16 @@ static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const
     return drawn->sample(drawn->user, m->x, u, wi);
 }
 
+/* From the lights' densities alone, which must have all the shares. */
+static int pti_mixture_sample_lights(const pti_mixture *m, uint32_t u, uint32_t v, uint32_t choice[2], pt_vec3 *wi) {
+    const pt_scene *s = m->scene;
+    if (m->environment <= 0 || (m->lights > 0 && pti_split(choice, m->lights)))
+        return pti_lights_sample(&s->lights, &m->receiver, choice[0], pti_u01(u), pti_u01(v), wi);
+    return pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), wi);
+}
+
 /* A next direction: weight = f |cos| / p. */
-typedef struct pti_step { pt_vec3 wi, weight; int delta; } pti_step;
+typedef struct pti_step { pt_vec3 wi, weight; int delta; float p; } pti_step;   /* p: 0 of a delta */
 
 /* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
    picks among lights or the user's densities, its second number what a lobe has to decide; they may be 0 where neither is.
@@ -5941,6 +5977,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     }
     if (!drawn) return 0;
     step->delta = scatter.delta;
+    step->p = 0;
     if (scatter.delta) {
         if (scatter.pdf <= 0 || pti_is_zero3(scatter.f)) return 0;
         step->weight = pti_scale(scatter.f, 1 / (m->bsdf * scatter.pdf));
@@ -5948,6 +5985,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     }
     p = pti_mixture_pdf(m, step->wi, &f);
     if (pti_is_zero3(f) || p <= 0) return 0;             /* NaN goes on: the film will count it */
+    step->p = p;
     step->weight = pti_scale(f, 1 / p);
     return 1;
 }
@@ -5958,27 +5996,98 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
    Dimensions: group 0 is the pixel's, group 1 + k that of vertex k; the moment and the wavelength have their own. */
 #define PTI_GROUP_SHUTTER 0xffffffffu                    /* no path has so many vertices */
 #define PTI_GROUP_WAVELENGTH 0xfffffffeu
+#define PTI_GROUP_SHADOW 0x80000000u                     /* half of all groups */
 
 typedef struct pti_tracer {                              /* what all paths of a render share */
     const pt_scene *scene;
     pti_trace_function *trace;
     pt_weights weights;
-    int max_depth;
+    pt_integrator integrator;
+    pt_roulette roulette;
+    int max_depth, max_diffuse;
 } pti_tracer;
 
 /* Roulette looks at what a path can still bring, its potential: the throughput without the weights of deltas, since behind
    tinted glass all paths are dim and none is worth less for it. It plays after the emission at a vertex has been added, not
    before the ray there is traced: a path that aims at a lamp has a small f / p just because the lamp is bright. For the same
    reason it does not play at mirrors and panes, behind which the lamp may be. And radiance that glass has squeezed is no
-   less: it comes out again. */
+   less: it comes out again. And it begins late: a path that ends at its second vertex saves few rays, since most would soon
+   be lost anyway, and costs much noise. With a start of 1, relMSE x rays was worse than without roulette on 10 of 14 scenes
+   (tests/bench/figure_roulette.c), with 1/4 on none. */
+#define PTI_ROULETTE_START 0.25f
 #define PTI_ROULETTE_LEAST 0.05f
-static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
-    float q = pti_max(pti_largest(*potential), PTI_ROULETTE_LEAST);
+static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {   /* looks at *potential */
+    float q = pti_max(pti_largest(*potential) * (1 / PTI_ROULETTE_START), PTI_ROULETTE_LEAST);
     if (q >= 1) return 1;
     if (!pti_split(&u, q)) return 0;
     *beta = pti_scale(*beta, 1 / q);
     *potential = pti_scale(*potential, 1 / q);
     return 1;
+}
+static int pti_path_goes_on(const pti_tracer *t, const pti_surface *surface, pt_vec3 *beta, pt_vec3 *potential,
+                            uint32_t u) {
+    if (t->roulette == PT_ROULETTE_POTENTIAL)
+        return !(pti_largest(*potential) < PTI_ROULETTE_START) || surface->delta >= 0.999f
+            || pti_roulette(beta, potential, u);
+    return t->roulette == PT_ROULETTE_NONE || pti_roulette(potential, beta, u);
+}
+/* A limit on diffuse scattering is one on light, not on vertices: what leaves a surface is a sum over lobes, each term of
+   which counts or does not, however wi was drawn. So a path draws lots for who scattered it, with odds as the terms, and at
+   the limit surfaces have no diffuse lobes left. A floor with gloss then still shows the room, lit as the limit has it. */
+static int pti_lobe_is_diffuse(const pti_lobe *l) { return l->kind <= PTI_FUZZ || l->kind == PTI_USER_LOBE; }
+static int pti_surface_drop_diffuse(pti_surface *s) {    /* 0 if nothing is left */
+    float sum = 0, delta = 0;
+    int i, n = 0;
+    for (i = 0; i < s->count; i++) {
+        if (pti_lobe_is_diffuse(s->lobes + i)) continue;
+        sum += s->lobes[i].share;
+        if (s->lobes[i].kind >= PTI_PASS) delta += s->lobes[i].share;
+        if (n < i) s->lobes[n] = s->lobes[i];
+        n++;
+    }
+    for (i = 0; i < n; i++) s->lobes[i].share /= sum;
+    s->count = n;
+    s->delta = n ? delta / sum : 0.0f;
+    return n;
+}
+static float pti_part_over(float part, float whole) { return whole > 0 ? part / whole : 0.0f; }
+/* 1 if it was a diffuse lobe; the step's weight becomes that of the term. */
+static int pti_step_is_diffuse(const pti_surface *s, pti_step *step, uint32_t u) {
+    int same_side = pti_same_side(s->x, s->x->wo, step->wi), diffuse = 0, others = 0, was, i;
+    pt_vec3 f[2], one, all;
+    float q;
+    for (i = 0; i < s->count; i++)
+        if (pti_lobe_is_diffuse(s->lobes + i)) diffuse++;
+        else if (s->lobes[i].kind < PTI_PASS) others++;
+    if (step->delta || !diffuse || !others) return !step->delta && diffuse;
+    f[0] = f[1] = pt_v3(0, 0, 0);
+    for (i = 0; i < s->count; i++) {
+        was = pti_lobe_is_diffuse(s->lobes + i);
+        pti_lobe_eval(s->lobes + i, s->x, same_side, step->wi, &one);
+        f[was] = pti_add(f[was], one);
+    }
+    all = pti_add(f[0], f[1]);
+    q = pti_part_over(pti_luminance(f[1]), pti_luminance(all));
+    was = pti_split(&u, q);
+    one = pt_v3(pti_part_over(f[was].x, all.x), pti_part_over(f[was].y, all.y), pti_part_over(f[was].z, all.z));
+    step->weight = pti_mul(step->weight, pti_scale(one, 1 / (was ? q : 1 - q)));
+    return was;
+}
+/* The next vertex of a path, and its material; NULL: none, the sky. */
+static const pti_material *pti_path_trace(const pti_tracer *t, pt_vec3 org, pt_vec3 dir, float time, pt_vertex *x,
+                                          uint64_t *rays) {
+    const pt_scene *s = t->scene;
+    const pti_material *m;
+    pti_ray ray;
+    pti_hit hit;
+    pti_ray_prepare(&ray, org, dir, 0, time);
+    pti_hit_init(&hit, 0);
+    ++*rays;
+    if (!t->trace(&s->geometry, &ray, &hit, 0)) return NULL;
+    pti_vertex_fill(&s->geometry, &ray, &hit, x);
+    m = pti_material_at(s, x);
+    if (m->wants_coordinates || s->density_count) pti_vertex_coordinates(&s->geometry, x);
+    return m;
 }
 /* The path's one wavelength, and in *beta its colour. */
 static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler, pt_vec3 *beta) {
@@ -5990,44 +6099,141 @@ static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler
     *beta = pti_mul(*beta, color);
     return wavelength;
 }
+/* Next-event estimation, the other integrator. Two densities share a vertex: p_b of the mixture without its lights, from
+   which the path goes on, and p_l of the lights alone, from which one more ray is drawn. Both find emission,
+       L += beta (f |cos| Le w_l / p_l + f |cos| Le w_b / p_b),    w_l = p_l^2 / (p_l^2 + p_b^2),    w_b = 1 - w_l,
+   one Le along wi_l, one along wi_b (Veach and Guibas 1995, power heuristic). Both are densities over directions, so Le is
+   that of the nearest surface, whichever emitter was aimed at, and p_l counts all emitters along wi. What a delta shows,
+   p_l does not draw: it counts in full. So does what is behind something that lets light straight through, since the
+   ray that is drawn from the lights ends there.
+   To each light: one ray from each emitter's density, and from the environment's as many as it has suns and a map, which
+   are strata of its u; then p_l is the sum. */
+typedef struct pti_nee {
+    pti_mixture lights;                                  /* of nothing else; *x and *surface are gone at the next vertex */
+    float each;                                          /* 0, or how many rays the environment gets */
+    float p;                                             /* p_b of the path's own next ray; 0: it counts in full */
+} pti_nee;
+
+/* Takes the lights out of the mixture. 0: there are none. */
+static int pti_nee_split(pti_mixture *m, int each, pti_nee *n) {
+    const pti_environment *e = &m->scene->environment;
+    float sum = m->lights + m->environment;
+    n->lights = *m;
+    n->p = 0;
+    n->each = each ? (float)(e->sun_count + (e->textured ? 1u : 0u)) : 0.0f;
+    n->lights.bsdf = n->lights.users = 0;
+    m->lights = m->environment = 0;
+    m->bsdf = 1 - m->users;
+    if (!(sum > 0)) return 0;
+    n->lights.lights /= sum;
+    n->lights.environment /= sum;
+    return 1;
+}
+static float pti_nee_pdf(const pti_nee *n, pt_vec3 wi, int each) {
+    const pti_mixture *m = &n->lights;
+    const pti_lights *l = &m->scene->lights;
+    float p = 0;
+    size_t i;
+    if (!each) return pti_mixture_pdf_lights(m, wi);
+    for (i = 0; m->lights > 0 && i < l->count; i++) p += pti_emitter_pdf(l->emitters + i, m->receiver.p, wi);
+    return m->environment > 0 ? p + n->each * pti_environment_pdf(&m->scene->environment, m->sky, wi) : p;
+}
+static float pti_power_heuristic(float p, float other) {
+    float r = other / p;
+    return p > 0 ? 1 / (1 + r * r) : 0.0f;
+}
+/* The weight of emission that the path's own ray along wi found. */
+static float pti_nee_found(const pti_tracer *t, const pti_nee *n, pt_vec3 wi) {
+    if (!(n->p > 0)) return 1;
+    return pti_power_heuristic(n->p, pti_nee_pdf(n, wi, t->integrator == PT_INTEGRATOR_NEE_ALL));
+}
+/* What the nearest surface emits, or the sky. */
+static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_vec3 wi, uint64_t *rays) {
+    pt_vertex x;
+    const pti_material *m = pti_path_trace(t, pti_spawn(from, wi), wi, from->time, &x, rays);
+    if (!m) return pti_environment_radiance(&t->scene->environment, wi);
+    x.wavelength = from->wavelength;
+    return m->emits ? pti_material_emission(m, &x) : pt_v3(0, 0, 0);
+}
+/* f |cos| Le w_l / p_l for a wi that was drawn from the lights. */
+static pt_vec3 pti_nee_gather(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, pt_vec3 wi, uint64_t *rays) {
+    pt_vec3 f, L;
+    float q = pti_mixture_pdf(m, wi, &f), p;
+    if (pti_is_zero3(f)) return f;
+    L = pti_mul(f, pti_path_emission(t, m->x, wi, rays));
+    if (pti_is_zero3(L)) return L;
+    p = pti_nee_pdf(n, wi, t->integrator == PT_INTEGRATOR_NEE_ALL);
+    return p > 0 ? pti_scale(L, pti_power_heuristic(p, q) / p) : pt_v3(0, 0, 0);
+}
+static pt_vec3 pti_nee_one(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, const pti_sampler *sampler,
+                           uint32_t group, uint64_t *rays) {
+    const pti_mixture *l = &n->lights;
+    uint32_t u[2], choice[2] = { 0, 0 };
+    pt_vec3 wi;
+    pti_draw2(sampler, group, 0, u);
+    if (t->scene->lights.count > 1 || l->environment > 0) pti_draw2(sampler, group, 1, choice);
+    if (!pti_mixture_sample_lights(l, u[0], u[1], choice, &wi)) return pt_v3(0, 0, 0);
+    return pti_nee_gather(t, n, m, wi, rays);
+}
+static pt_vec3 pti_nee_each(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, const pti_sampler *sampler,
+                            uint32_t group, uint64_t *rays) {
+    const pti_lights *l = &t->scene->lights;
+    uint32_t count = n->lights.lights > 0 ? (uint32_t)l->count : 0, k, u[2];
+    uint32_t sky = n->lights.environment > 0 ? (uint32_t)n->each : 0;
+    pt_vec3 L = pt_v3(0, 0, 0), wi;
+    for (k = 0; k < count + sky; k++) {
+        pti_draw2(sampler, PTI_GROUP_SHADOW | pti_hash2(group, k), 0, u);
+        if (k >= count) u[0] = (uint32_t)(((uint64_t)(k - count) << 32 | u[0]) / sky);
+        if (k < count ? pti_emitter_sample(l->emitters + k, m->receiver.p, pti_u01(u[0]), pti_u01(u[1]), &wi)
+                      : pti_environment_sample(&t->scene->environment, m->sky, u[0], pti_u01(u[1]), &wi))
+            L = pti_add(L, pti_nee_gather(t, n, m, wi, rays));
+    }
+    return L;
+}
+/* What the lights send to the vertex where m stands; m goes on without them. */
+static pt_vec3 pti_nee_at(const pti_tracer *t, pti_mixture *m, const pti_sampler *sampler, uint32_t depth, pti_nee *n,
+                          uint64_t *rays) {
+    int each = t->integrator == PT_INTEGRATOR_NEE_ALL;
+    if (!pti_nee_split(m, each, n)) return pt_v3(0, 0, 0);
+    return each ? pti_nee_each(t, n, m, sampler, depth, rays)
+                : pti_nee_one(t, n, m, sampler, PTI_GROUP_SHADOW | depth, rays);
+}
+
 /* wavelength: 0 where the camera let all of them through. */
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, const pt_ray *start, float wavelength,
                                  uint64_t *rays) {
     const pt_scene *s = t->scene;
     pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, org = start->org, dir = start->dir;
-    int depth;
+    pti_nee nee;
+    int depth, diffuse = 0;
+    nee.p = 0;
     for (depth = 0; ; depth++) {
-        pti_ray ray;
-        pti_hit hit;
         pt_vertex x;
-        const pti_material *m;
+        const pti_material *m = pti_path_trace(t, org, dir, start->time, &x, rays);
         pti_surface surface;
         pti_mixture mix;
         pti_step step;
         uint32_t u[2], choice[2] = { 0, 0 };
-        pti_ray_prepare(&ray, org, dir, 0, start->time);
-        pti_hit_init(&hit, 0);
-        ++*rays;
-        if (!t->trace(&s->geometry, &ray, &hit, 0))
-            return pti_add(L, pti_mul(beta, pti_environment_radiance(&s->environment, dir)));
-        pti_vertex_fill(&s->geometry, &ray, &hit, &x);
-        m = pti_material_at(s, &x);
-        if (m->wants_coordinates || s->density_count) pti_vertex_coordinates(&s->geometry, &x);
+        if (!m)
+            return pti_madd(pti_mul(beta, pti_environment_radiance(&s->environment, dir)), pti_nee_found(t, &nee, dir), L);
         if (m->disperses && !(wavelength > 0)) wavelength = pti_path_wavelength(t, sampler, &beta);
         x.wavelength = wavelength;
-        if (m->emits) L = pti_add(L, pti_mul(beta, pti_material_emission(m, &x)));
+        if (m->emits) L = pti_madd(pti_mul(beta, pti_material_emission(m, &x)), pti_nee_found(t, &nee, dir), L);
         if (depth == t->max_depth) return L;
         pti_draw2(sampler, 1 + (uint32_t)depth, 0, u);
         if (s->lights.count > 1 || s->density_count || m->wants_choice)
             pti_draw2(sampler, 1 + (uint32_t)depth, 1, choice);
         pti_surface_at(m, &x, &surface);
-        if (pti_largest(potential) < 1 && surface.delta < 0.999f
-            && !pti_roulette(&beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
+        if (t->max_diffuse && diffuse == t->max_diffuse && !pti_surface_drop_diffuse(&surface)) return L;
+        if (!pti_path_goes_on(t, &surface, &beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
+        if (t->integrator) L = pti_add(L, pti_mul(beta, pti_nee_at(t, &mix, sampler, (uint32_t)depth, &nee, rays)));
         pti_mixture_calm(&mix, pti_largest(potential));
         if (!pti_mixture_sample(&mix, u[0], u[1], choice, &step)) return L;
+        if (t->max_diffuse) diffuse += pti_step_is_diffuse(&surface, &step, pti_hash2(sampler->index, u[1]));
         if (!(fabsf(pti_dot(step.wi, step.wi) - 1) < 1e-3f) || !pti_finite3(step.weight))
             return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
+        if (t->integrator) nee.p = step.p;
         beta = pti_mul(beta, step.weight);
         if (!step.delta) potential = pti_mul(potential, step.weight);
         if (!step.delta && surface.squeeze != 1 && !pti_same_side(&x, x.wo, step.wi))
@@ -6468,6 +6674,9 @@ static int pti_check_render(pt_render *r, int *isa) {
         && pti_check_range(r, d->tile, 1, 65536, "tile") && pti_check_range(r, d->threads, 1, 4096, "threads")
         && pti_check_range(r, d->first_sample, 0, 0x7fffffff - d->spp, "first_sample")
         && pti_check_range(r, (int)d->sampler, PT_SAMPLER_SOBOL, PT_SAMPLER_RANDOM, "sampler")
+        && pti_check_range(r, d->max_diffuse, 0, 0x7ffffff, "max_diffuse")
+        && pti_check_range(r, (int)d->integrator, PT_INTEGRATOR_MIXTURE, PT_INTEGRATOR_NEE_ALL, "integrator")
+        && pti_check_range(r, (int)d->roulette, PT_ROULETTE_POTENTIAL, PT_ROULETTE_NONE, "roulette")
         && pti_check_range(r, (int)d->filter, PT_FILTER_DEFAULT, PT_FILTER_BLACKMAN_HARRIS, "filter")
         && pti_check_float(r, d->filter_radius >= 0 && d->filter_radius <= 64, d->filter_radius,
                            "filter_radius must be up to 64, or 0 for the filter's own")
@@ -6537,6 +6746,9 @@ PTI_NOINLINE pt_render *pti_render_create(const pt_scene *s, const pt_render_des
     r->tracer.trace = pti_trace_for(isa);
     r->tracer.weights = d->weights;
     r->tracer.max_depth = r->desc.max_depth;
+    r->tracer.max_diffuse = r->desc.max_diffuse;
+    r->tracer.integrator = d->integrator;
+    r->tracer.roulette = d->roulette;
     return r;
 }
 PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {

@@ -10,7 +10,7 @@
 #else
 #define CHAPTERS(X) \
     X(math) X(random) X(warp) X(spectrum) X(shape) X(bvh) X(kernel) X(texture) X(microfacet) X(bsdf) X(material) X(light) X(scene) \
-    X(mixture) X(path) X(camera) X(film) X(render) X(image) X(mesh)
+    X(mixture) X(path) X(nee) X(camera) X(film) X(render) X(image) X(mesh)
 #endif
 
 #define DECLARE(name) void test_##name(void);

@@ -353,9 +353,11 @@ static void rays_are_counted(void) {
         check_all(rgb, 256, 0, 0, 0, 0);
     }
     pt_scene_destroy(s);
-    s = glowing_box(0.75f, 0.75f, 0.75f, 1);             /* grey: 1 + 1 + a + a^2 + ..., roulette begins at the second vertex */
+    s = glowing_box(0.75f, 0.75f, 0.75f, 1);             /* grey: roulette begins where a^n < 1/4, n = 5, with odds of 4 a^n */
     d.max_depth = 1000; d.spp = 256; d.weights = naive;
-    if (render(s, &d, rgb, &stats)) CHECK_NEAR((double)stats.rays / (double)stats.paths, 1 + 1 / 0.25, 0.05);
+    if (render(s, &d, rgb, &stats)) CHECK_NEAR((double)stats.rays / (double)stats.paths, 1 + 5 + 4 * pow(0.75, 5) / 0.25, 0.05);
+    d.roulette = PT_ROULETTE_NONE; d.max_depth = 30; d.spp = 4;
+    if (render(s, &d, rgb, &stats)) CHECK_EQ_INT(stats.rays, 31 * stats.paths);
     pt_scene_destroy(s);
 }
 static void depth_does_not_matter_once_large(void) {
