@@ -3014,23 +3014,26 @@ static float pti_pdf_lost(const pti_albedo_table *t, float row, float mu) {
    middles of the eight around, lest highlights look like stairs and normal maps sparkle.
 
    A direction is drawn by its half vector, like a mirror's, from a density fitted to the table: for each of 32 ranges of
-   theta_o, cells over h hold the luminance that goes that way,
-       P(cell) ~ the integral of f cos(wi) dw_i = f cos(wi) 4 (wo.h) dw_h,    p(wi) = P / (solid angle of the cell) / (4 wo.h),
-   and one of ten is drawn like a diffuse surface's, so that f cos / p never exceeds 10 pi f, wherever the cells are too
-   coarse to know. */
+   theta_o, bins over h hold the luminance that goes that way,
+       P(bin) ~ the integral of f cos(wi) dw_i = f cos(wi) 4 (wo.h) dw_h,    p(wi) = P / (solid angle of the bin) / (4 wo.h),
+   and one of ten is drawn like a diffuse surface's, so that f cos / p never exceeds 10 pi f, wherever bins are too coarse
+   to know. */
 #define PTI_MEASURED_ROWS 32
-#define PTI_MEASURED_AROUND 32                           /* cells of h's azimuth, dense towards wo's: there light comes back */
+#define PTI_MEASURED_AROUND 32                           /* bins of h's azimuth, dense towards wo's: there light comes back */
+#define PTI_MEASURED_BINS 90                             /* of theta_h, at least; where the table has more cells, as many */
 #define PTI_MEASURED_DIFFUSE 0.1f
 #define PTI_MEASURED_CELLS 512                           /* at most, an axis */
+#define PTI_MEASURED_BELOW 0.05f                         /* so far below the horizon wi may be, for a bin to hold something */
+#define PTI_MEASURED_LEAST 0.02f                         /* and what cos(wi) counts there */
 
 typedef struct pti_measured_row {                        /* what is known for a range of theta_o */
     const struct pti_measured *of;
-    pti_table2 density;                                  /* x: azimuth; y: theta_h, in the table's cells */
+    pti_table2 density;                                  /* x: azimuth; y: sqrt(theta_h) */
     pt_vec3 albedo;
 } pti_measured_row;
 typedef struct pti_measured {
-    int cells_h, cells_d, cells_p;
-    float *values, *edges, *tables;                      /* edges: 1 - cos theta_h between cells; tables: all rows' densities */
+    int cells_h, cells_d, cells_p, bins;
+    float *values, *edges, *tables;                      /* edges: 1 - cos theta_h between bins; tables: all rows' densities */
     pti_measured_row rows[PTI_MEASURED_ROWS];
 } pti_measured;
 
@@ -3038,12 +3041,12 @@ static size_t pti_measured_values(const pti_measured *m) {
     return 3 * (size_t)m->cells_h * (size_t)m->cells_d * (size_t)m->cells_p;
 }
 static size_t pti_measured_table(const pti_measured *m) {              /* floats of one row's density */
-    return (size_t)m->cells_h * (PTI_MEASURED_AROUND + 2) + 1;
+    return (size_t)m->bins * (PTI_MEASURED_AROUND + 2) + 1;
 }
 
-/* Where in the table: in cells, phi_d's from 0 to cells_p, and cos theta_d. */
+/* The angles, from 0 to 1: of sqrt(theta_h), of theta_d and of phi_d; s itself, and cos theta_d. */
 typedef struct pti_half { pt_vec3 s; float h, d, p, cosine; } pti_half;
-static pti_half pti_half_of(const pti_measured *m, pt_vec3 wo, pt_vec3 wi) {
+static pti_half pti_half_of(pt_vec3 wo, pt_vec3 wi) {
     pti_half a;
     pt_vec3 d = pti_sub(wi, wo);
     float length, y, x;
@@ -3052,21 +3055,22 @@ static pti_half pti_half_of(const pti_measured *m, pt_vec3 wo, pt_vec3 wi) {
     y = a.s.x * d.y - a.s.y * d.x;
     x = -d.z * length;
     if (y < 0 || (y == 0 && x < 0)) { y = -y; x = -x; }
-    a.h = sqrtf(pti_atan2(sqrtf(a.s.x * a.s.x + a.s.y * a.s.y), a.s.z) * (2 / PTI_PI)) * (float)m->cells_h;
-    a.d = pti_atan2(pti_length(d), length) * (2 / PTI_PI) * (float)m->cells_d;
-    a.p = pti_atan2(y, x) * (1 / PTI_PI) * (float)m->cells_p;
+    a.h = sqrtf(pti_atan2(sqrtf(a.s.x * a.s.x + a.s.y * a.s.y), a.s.z) * (2 / PTI_PI));
+    a.d = pti_atan2(pti_length(d), length) * (2 / PTI_PI);
+    a.p = pti_atan2(y, x) * (1 / PTI_PI);
     a.cosine = 0.5f * length;
     return a;
 }
 /* The two cells about x, and how far it is from the middle of the first. */
 static float pti_measured_between(float x, int cells, int *first, int *second) {
-    x = pti_clamp(x - 0.5f, 0, (float)(cells - 1));
+    x = pti_clamp(x * (float)cells - 0.5f, 0, (float)(cells - 1));
     *first = (int)x;
     *second = *first + 1 < cells ? *first + 1 : *first;
     return x - (float)*first;
 }
 static float pti_measured_around(float x, int cells, int *first, int *second) {        /* the last one's next is the first */
-    x = x < 0.5f ? x + (float)cells - 0.5f : x - 0.5f;
+    x = x * (float)cells - 0.5f;
+    if (x < 0) x += (float)cells;
     *first = (int)x < cells ? (int)x : cells - 1;
     *second = *first + 1 < cells ? *first + 1 : 0;
     return pti_min(x - (float)*first, 1);
@@ -3084,67 +3088,72 @@ static pt_vec3 pti_measured_at(const pti_measured *m, const pti_half *a) {
     return sum;
 }
 
-/* Azimuths by x from 0 to 1: as the square of the distance from the middle, which is 0. wo's is 0. */
-static float pti_measured_azimuth(float x) { x = 2 * x - 1; return PTI_PI * x * fabsf(x); }
-static float pti_measured_azimuth_x(float phi) {
-    float x = sqrtf(fabsf(phi) * (1 / PTI_PI));
-    return 0.5f + (phi < 0 ? -0.5f : 0.5f) * x;
+/* Bins: of azimuth, by the square of the distance from the middle, which is wo's; of theta_h, as cells are. */
+typedef struct pti_measured_bin { float phi, phi_width, c, c_width; } pti_measured_bin;        /* c = 1 - cos theta_h */
+static float pti_measured_azimuth(int i) {               /* where bin i begins */
+    float x = (float)i * (2.0f / PTI_MEASURED_AROUND) - 1;
+    return PTI_PI * x * fabsf(x);
 }
-/* Of a cell over h. */
-static float pti_measured_solid_angle(const pti_measured *m, int around, int h) {
-    float first = pti_measured_azimuth((float)around / PTI_MEASURED_AROUND);
-    float last = pti_measured_azimuth((float)(around + 1) / PTI_MEASURED_AROUND);
-    return (last - first) * (m->edges[h + 1] - m->edges[h]);
+static pti_measured_bin pti_measured_bin_at(const pti_measured *m, int around, int h) {
+    pti_measured_bin b;
+    b.phi = pti_measured_azimuth(around);
+    b.phi_width = pti_measured_azimuth(around + 1) - b.phi;
+    b.c = m->edges[h];
+    b.c_width = m->edges[h + 1] - b.c;
+    return b;
 }
-static pt_vec3 pti_measured_h(const pti_measured *m, int h, float y, float phi) {      /* y: how far through the cell */
-    float c = m->edges[h] + y * (m->edges[h + 1] - m->edges[h]), r = pti_safe_sqrt(c * (2 - c)), sine, cosine;
-    pti_sincos(phi, &sine, &cosine);
+static float pti_measured_solid_angle(const pti_measured_bin *b) { return b->phi_width * b->c_width; }
+static pt_vec3 pti_measured_h(const pti_measured_bin *b, float x, float y) {           /* uniform, x and y from 0 to 1 */
+    float c = b->c + y * b->c_width, r = pti_safe_sqrt(c * (2 - c)), sine, cosine;
+    pti_sincos(b->phi + x * b->phi_width, &sine, &cosine);
     return pt_v3(r * cosine, r * sine, 1 - c);
 }
 static pt_vec3 pti_measured_mirrored(pt_vec3 wo, pt_vec3 h) { return pti_sub(pti_scale(h, 2 * pti_dot(h, wo)), wo); }
 
-/* The integral of f cos(wi) dw_i over a cell of h, averaged over a row's theta_o, by a few points. */
-static pt_vec3 pti_measured_flux(const pti_measured *m, int row, int around, int h) {
+/* The integral of f cos(wi) dw_i over a bin, averaged over a row's theta_o, by a few points; *luminance is the same, but
+   for grazing wi, and some below the horizon: those count as if higher, lest a bin be missed that reaches above it. */
+static pt_vec3 pti_measured_flux(const pti_measured *m, int row, int around, int h, float *luminance) {
     static const float at[4][2] = { { 0.125f, 0.375f }, { 0.625f, 0.125f }, { 0.375f, 0.875f }, { 0.875f, 0.625f } };
-    float first = pti_measured_azimuth((float)around / PTI_MEASURED_AROUND);
-    float last = pti_measured_azimuth((float)(around + 1) / PTI_MEASURED_AROUND);
-    pt_vec3 sum = pt_v3(0, 0, 0), wo = sum, n, wi;
+    pti_measured_bin bin = pti_measured_bin_at(m, around, h);
+    float area = pti_measured_solid_angle(&bin);
+    pt_vec3 sum = pt_v3(0, 0, 0), wo = sum, n, wi, f;
     int k;
+    *luminance = 0;
     for (k = 0; k < 4; k++) {
         pti_half a;
         pti_sincos(((float)row + ((float)k + 0.5f) / 4) * (PTI_PI / 2 / PTI_MEASURED_ROWS), &wo.x, &wo.z);
-        n = pti_measured_h(m, h, at[k][0], first + at[k][1] * (last - first));
+        n = pti_measured_h(&bin, at[k][0], at[k][1]);
         wi = pti_measured_mirrored(wo, n);
-        if (!(wi.z > 0) || !(pti_dot(wo, n) > 0)) continue;
-        a = pti_half_of(m, wo, wi);
-        sum = pti_madd(pti_measured_at(m, &a), wi.z * pti_dot(wo, n), sum);
+        if (!(wi.z > -PTI_MEASURED_BELOW) || !(pti_dot(wo, n) > 0)) continue;
+        a = pti_half_of(wo, wi);
+        f = pti_scale(pti_measured_at(m, &a), pti_dot(wo, n) * area);
+        sum = pti_madd(f, pti_max(wi.z, 0), sum);
+        *luminance += pti_luminance(f) * pti_max(wi.z, PTI_MEASURED_LEAST);
     }
-    return pti_scale(sum, pti_measured_solid_angle(m, around, h));
+    return sum;
 }
 static void pti_measured_fit_row(pti_measured *m, int row) {
     pti_measured_row *r = m->rows + row;
-    float value[PTI_MEASURED_AROUND], sum[PTI_MEASURED_CELLS];
+    float value[PTI_MEASURED_AROUND], sum[PTI_MEASURED_CELLS];     /* bins are no more */
     int h, i;
     r->density.width = PTI_MEASURED_AROUND;
-    r->density.height = m->cells_h;
+    r->density.height = m->bins;
     r->density.rows = m->tables + (size_t)row * pti_measured_table(m);
-    r->density.cells = r->density.rows + m->cells_h + 1;
-    for (h = 0; h < m->cells_h; h++) {
+    r->density.cells = r->density.rows + m->bins + 1;
+    for (h = 0; h < m->bins; h++) {
         sum[h] = 0;
         for (i = 0; i < PTI_MEASURED_AROUND; i++) {
-            pt_vec3 flux = pti_measured_flux(m, row, i, h);
-            r->albedo = pti_add(r->albedo, flux);
-            value[i] = pti_luminance(flux);
+            r->albedo = pti_add(r->albedo, pti_measured_flux(m, row, i, h, &value[i]));
             sum[h] += value[i];
         }
         pti_table_build(r->density.cells + (size_t)h * (PTI_MEASURED_AROUND + 1), value, PTI_MEASURED_AROUND);
     }
-    pti_table_build(r->density.rows, sum, m->cells_h);
+    pti_table_build(r->density.rows, sum, m->bins);
 }
 static void pti_measured_fit(pti_measured *m) {
     int i;
-    for (i = 0; i <= m->cells_h; i++) {
-        float x = (float)i / (float)m->cells_h, s, c;
+    for (i = 0; i <= m->bins; i++) {
+        float x = (float)i / (float)m->bins, s, c;
         pti_sincos(x * x * (PTI_PI / 4), &s, &c);
         m->edges[i] = 2 * s * s;                         /* 1 - cos, without its cancellation */
     }
@@ -3157,20 +3166,23 @@ static const pti_measured_row *pti_measured_row_of(const pti_measured *m, float 
     return m->rows + (row < PTI_MEASURED_ROWS ? row : PTI_MEASURED_ROWS - 1);
 }
 static pt_vec3 pti_sample_measured(const pti_measured_row *r, pt_vec3 wo, float u, float v) {
-    int h = r->density.height, cell;
+    pti_measured_bin bin;
     float x, y;
     pti_sample_table2(&r->density, u, v, &x, &y);
-    y *= (float)h;
-    cell = (int)y;
-    return pti_measured_mirrored(wo, pti_measured_h(r->of, cell, y - (float)cell, pti_measured_azimuth(x)));
+    x *= PTI_MEASURED_AROUND;
+    y *= (float)r->of->bins;
+    bin = pti_measured_bin_at(r->of, (int)x, (int)y);
+    return pti_measured_mirrored(wo, pti_measured_h(&bin, x - floorf(x), y - floorf(y)));
 }
 static float pti_pdf_measured(const pti_measured_row *r, const pti_half *a) {
-    float x = pti_measured_azimuth_x(pti_atan2(a->s.y, a->s.x));
-    int around = (int)(x * PTI_MEASURED_AROUND), h = (int)a->h;
+    float phi = pti_atan2(a->s.y, a->s.x), x = sqrtf(fabsf(phi) * (1 / PTI_PI));
+    int around = (int)((phi < 0 ? 1 - x : 1 + x) * (0.5f * PTI_MEASURED_AROUND)), h = (int)(a->h * (float)r->of->bins);
+    pti_measured_bin bin;
     if (around > PTI_MEASURED_AROUND - 1) around = PTI_MEASURED_AROUND - 1;
-    if (h > r->density.height - 1) h = r->density.height - 1;
+    if (h > r->of->bins - 1) h = r->of->bins - 1;
+    bin = pti_measured_bin_at(r->of, around, h);
     return (r->density.rows[h + 1] - r->density.rows[h]) * pti_pdf_table(pti_table2_row(&r->density, h), 1, around)
-         / (pti_measured_solid_angle(r->of, around, h) * 4 * a->cosine);
+         / (pti_measured_solid_angle(&bin) * 4 * a->cosine);
 }
 
 /* ---- >>bsdf --------------------------------------------------------------------------------------------
@@ -3415,7 +3427,7 @@ static void pti_glass_sample(const pti_lobe *l, float u, float v, uint32_t choic
 static float pti_measured_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
     pti_half a;
     if (!(wi.z > 0)) return 0;
-    a = pti_half_of(l->measured->of, l->wo, wi);
+    a = pti_half_of(l->wo, wi);
     *f = pti_mul(l->color, pti_scale(pti_measured_at(l->measured->of, &a), wi.z));
     return PTI_MEASURED_DIFFUSE * pti_pdf_cosine(wi.z) + (1 - PTI_MEASURED_DIFFUSE) * pti_pdf_measured(l->measured, &a);
 }
@@ -4598,7 +4610,7 @@ static void *pti_scene_slot(pt_scene *s, void **array, size_t *count, size_t *ca
 
 static void pti_measured_free(pti_measured *m, const pt_allocator *a) {
     pti_free(a, m->values, pti_measured_values(m), sizeof(float));
-    pti_free(a, m->edges, (size_t)m->cells_h + 1, sizeof(float));
+    pti_free(a, m->edges, (size_t)m->bins + 1, sizeof(float));
     pti_free(a, m->tables, PTI_MEASURED_ROWS * pti_measured_table(m), sizeof(float));
 }
 PT_DEF void pt_scene_destroy(pt_scene *s) {
@@ -4938,7 +4950,7 @@ static int pti_check_measured(pt_scene *s, const pt_measured_desc *d, const pti_
 static int pti_measured_take(pti_measured *m, const pt_measured_desc *d, const pt_allocator *a) {
     size_t i, n = pti_measured_values(m);
     m->values = (float *)pti_alloc(a, n, sizeof(float));
-    m->edges = (float *)pti_alloc(a, (size_t)m->cells_h + 1, sizeof(float));
+    m->edges = (float *)pti_alloc(a, (size_t)m->bins + 1, sizeof(float));
     m->tables = (float *)pti_alloc(a, PTI_MEASURED_ROWS * pti_measured_table(m), sizeof(float));
     if (!m->values || !m->edges || !m->tables) return 0;
     for (i = 0; i < n; i++) m->values[i] = pti_max(d->values[i], 0);
@@ -4956,6 +4968,7 @@ PT_DEF pt_measured pt_add_measured(pt_scene *s, const pt_measured_desc *d) {
     m.cells_h = d->cells_h ? d->cells_h : 90;
     m.cells_d = d->cells_d ? d->cells_d : 90;
     m.cells_p = d->cells_p ? d->cells_p : 180;
+    m.bins = m.cells_h > PTI_MEASURED_BINS ? m.cells_h : PTI_MEASURED_BINS;
     if (!pti_check_measured(s, d, &m)) return id;
     array = s->measured;
     slot = (pti_measured *)pti_scene_slot(s, &array, &s->measured_count, &s->measured_capacity, sizeof *slot);
