@@ -149,7 +149,7 @@ static void directions(void) {                           /* chi-squared; integra
     for (k = 0; k < MODELS; k++) for (c = 0; c < 4; c += k == 1 || k == 2 || k == 4 ? 4 : 1) {
         pt_scene *s = pt_scene_create(NULL);
         pt_material id = add_measured(s, add_model(s, models + k, cells[c][0], cells[c][1], cells[c][2]));
-        if (commit(s)) for (i = 0; i < 6; i += c ? 2 : 1) {
+        if (commit(s)) for (i = c ? 1 : 0; i < 6; i += c ? 3 : k % 2 ? 2 : 1) {
             bounce b;
             albedo a;
             double alpha = models[k].alpha;

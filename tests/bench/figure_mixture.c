@@ -32,12 +32,12 @@ static void mixture_scene(pt_scene *s, pt_render_desc *d) {
         .measured = painted_table(s, pt_v3(.50f, .10f, .05f), 12, 300, 1.6f) });
     scene_ground(s, 12, scene_matte(s, .45f, .42f, .38f));
     pt_add_sphere(s, pt_v3(-2.2f, .5f, .1f), .5f, scene_matte(s, .25f, .4f, .65f));
-    pt_add_sphere(s, pt_v3(-1.1f, .5f, .3f), .5f, scene_plastic(s, .1f, .35f, .15f, .3f));
-    pt_add_sphere(s, pt_v3(0, .5f, .4f), .5f, paint);
-    pt_add_sphere(s, pt_v3(1.1f, .5f, .3f), .5f, scene_metal(s, .95f, .72f, .35f, .45f));
-    pt_add_sphere(s, pt_v3(2.2f, .5f, .1f), .5f, scene_metal(s, .92f, .92f, .95f, .2f));
+    pt_add_sphere(s, pt_v3(-1.1f, .5f, .1f), .5f, scene_plastic(s, .1f, .35f, .15f, .3f));
+    scene_bunny(s, paint);
+    pt_add_sphere(s, pt_v3(1.1f, .5f, .1f), .5f, scene_metal(s, .95f, .72f, .35f, .45f));
+    pt_add_sphere(s, pt_v3(2.2f, .5f, .1f), .5f, scene_metal(s, .92f, .92f, .95f, .3f));
     scene_map(s, "sunset");
-    scene_look(d, 0, 1.7f, 5.2f, 0, .45f, 0, 30);
+    scene_look(d, 0, 1.7f, -5.2f, 0, .45f, 0, 30);
 }
 /* alpha along the tangent, which runs round each ball as latitudes do, and across: the square of the roughness. */
 static void anisotropic_scene(pt_scene *s, pt_render_desc *d) {
@@ -144,10 +144,10 @@ static int draw(const figure *f, const settings *set) {
     return fine;
 }
 int main(int argc, char **argv) {
-    settings set = { 289, 64, 32, 28900, 2, 480, "out" };
+    settings set = { 289, 64, 32, 28900, 8, 480, "out" };
     int i, k, some = 0, fine = 1;
     for (i = 1; i < argc; i++) {
-        if (!strcmp(argv[i], "--quick")) { set.spp = 17; set.width = 32; set.height = 16; set.reference = 1700; set.renders = 1; set.panel = 160; }
+        if (!strcmp(argv[i], "--quick")) { set.spp = 17; set.width = 32; set.height = 16; set.reference = 1700; set.renders = 1; set.panel = 320; }
         else if (!strcmp(argv[i], "--out") && i + 1 < argc) set.out = argv[++i];
         else if (argv[i][0] == '-') { printf("usage: figure_mixture [--quick] [--out DIR] [mixture] [anisotropic]\n"); return strcmp(argv[i], "--help") ? 2 : 0; }
         else some = 1;
