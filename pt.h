@@ -3786,7 +3786,8 @@ static float pti_layer_albedo(const pti_albedo *a, pt_vec3 wo, float eta, float 
 static void pti_shade_measured(pti_shading *s, const pt_vertex *x) {
     const pti_measured_row *row = pti_measured_row_of(s->m->measured, s->frame.wo.z);
     pt_vec3 color = pti_mul(s->weight, s->d->color), t = pti_madd(s->frame.n, -pti_dot(s->frame.n, x->wo), x->wo);
-    pti_lobe *l = pti_add_lobe(s, PTI_MEASURED, color, pti_luminance(pti_mul(color, row->albedo)));
+    pt_vec3 albedo = pti_add(row->albedo, pt_v3(1e-3f, 1e-3f, 1e-3f));   /* never 0: the row was fitted by a few points */
+    pti_lobe *l = pti_add_lobe(s, PTI_MEASURED, color, pti_luminance(pti_mul(color, albedo)));
     if (!l) return;
     l->measured = row;
     if (pti_dot(t, t) > 1e-8f) { l->t = pti_normalize(t); l->b = pti_cross(l->n, l->t); }
