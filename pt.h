@@ -46,6 +46,7 @@
      >>kernel     ray against boxes and triangles for each instruction set; the traversal
      >>texture    pictures, patterns and callbacks
      >>microfacet Fresnel, GGX, fuzz, and how much light rough surfaces send on
+     >>measured   tables of measured BRDFs, and the density fitted to each
      >>bsdf       lobes: diffuse, metal, glass, panes, coats, users' BSDFs
      >>material   from numbers and textures to lobes
      >>light      emitters by solid angle, the light tree, suns, the sky, environments
@@ -56,6 +57,7 @@
      >>film       exact sums, filters
      >>render     tiles, threads, progress
      >>image      PNG, PPM, PFM, Radiance HDR
+     >>merl       files of measured BRDFs
      >>mesh       Wavefront OBJ and MTL, PLY; smooth normals
      >>license */
 #ifndef PT_PATHTRACER_H_INCLUDED /* not PT_H: another well-known library on embedded systems ships a pt.h too */
@@ -96,6 +98,7 @@ typedef struct pt_render pt_render;                       /* opaque; one image i
 
 typedef struct pt_material { uint32_t id; } pt_material;  /* typed handles: 0 is "none" */
 typedef struct pt_texture  { uint32_t id; } pt_texture;
+typedef struct pt_measured { uint32_t id; } pt_measured;
 typedef struct pt_shape    { uint32_t id; } pt_shape;
 typedef struct pt_light    { uint32_t id; } pt_light;
 typedef struct pt_density  { uint32_t id; } pt_density;
@@ -192,8 +195,24 @@ typedef struct pt_texture_desc {
 } pt_texture_desc;
 PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d);
 
+/* A measured BRDF: f per steradian, as a table over the angles of the half vector h = (wo + wi) / |wo + wi| and of wi seen from
+   it (Rusinkiewicz 1998): theta_h from the normal to h; theta_d from h to wi; phi_d of wi about h, 0 where wi leans away from
+   the normal. Surfaces that look the same however they are turned need no more angles, and phi_d only up to 180 degrees, as
+   light goes both ways alike. Linear between the middles of cells, level beyond the outer ones. Energy is the table's own:
+   some measured ones send on more than they get at grazing angles. Adding one takes a tenth of a second. */
+typedef struct pt_measured_desc {
+    const float *values;                                  /* RGB of cell (h, d, p) at values + 3 ((h cells_d + d) cells_p + p);
+                                                             copied; finite, up to 1e12; below 0 = not measured: black */
+    int cells_h, cells_d, cells_p;                        /* 1 to 512; 0 = 90, 90, 180. The middles are at theta_h =
+                                                             90 ((h + 1/2) / cells_h)^2 degrees, theta_d =
+                                                             90 (d + 1/2) / cells_d, phi_d = 180 (p + 1/2) / cells_p.
+                                                             Cells beyond the horizon should go on as before it */
+} pt_measured_desc;
+PT_DEF pt_measured pt_add_measured(pt_scene *s, const pt_measured_desc *d);
+
 typedef enum pt_bsdf {
-    PT_BSDF_DIFFUSE, PT_BSDF_CONDUCTOR, PT_BSDF_DIELECTRIC, PT_BSDF_PRINCIPLED, PT_BSDF_MIX, PT_BSDF_NONE, PT_BSDF_USER
+    PT_BSDF_DIFFUSE, PT_BSDF_CONDUCTOR, PT_BSDF_DIELECTRIC, PT_BSDF_PRINCIPLED, PT_BSDF_MEASURED, PT_BSDF_MIX, PT_BSDF_NONE,
+    PT_BSDF_USER
 } pt_bsdf;
 
 /* What a BSDF says when asked for a direction. delta: wi is the only direction of its lobe (a mirror's), pdf is the
@@ -216,7 +235,7 @@ typedef struct pt_material_desc {
     pt_bsdf    bsdf;
     pt_vec3    color;                                     /* diffuse, principled: albedo (zero = black, which also tints
                                                              transmission). Conductor: reflectance at normal
-                                                             incidence. Dielectric: tint of both lobes, zero = white. In
+                                                             incidence. Dielectric, measured: tint, zero = white. In
                                                              [0,1] */
     float      roughness, roughness_y;                    /* 0 smooth to 1; alpha of GGX is its square. Along the tangent, and
                                                              across it: 0 = as along it (where the two differ, textures
@@ -240,6 +259,7 @@ typedef struct pt_material_desc {
     int        thin;                                      /* dielectric, principled: a wall without an inside */
     pt_vec3    emission;                                  /* radiance */
     int        two_sided;                                 /* emit to both sides; 0 = to the side of the normal */
+    pt_measured measured;                                 /* PT_BSDF_MEASURED */
     pt_material a, b;                                     /* PT_BSDF_MIX: (1 - mix) a + mix b. Glass with glass of another
                                                              ior gains or loses light */
     float      mix;
@@ -514,6 +534,19 @@ PT_DEF pt_result pt_read_image_memory(pt_image *out, const void *data, size_t si
 PT_DEF pt_result pt_read_image(pt_image *out, const char *path);
 #endif
 PT_DEF void      pt_image_free(pt_image *image);
+
+/* A measured BRDF read from a file of the MERL database (Matusik et al. 2003), for pt_measured_desc. Start from zero, or with
+   an allocator set; free with pt_merl_free, also after an error, and as soon as it has been added: it takes 17 MB. */
+typedef struct pt_merl {
+    float *values;                                        /* 90 x 90 x 180 RGB, what was not measured 0 */
+    pt_allocator allocator;
+    char error[256];                                      /* "file:byte N: reason", or "" */
+} pt_merl;
+PT_DEF pt_result pt_read_merl_memory(pt_merl *out, const void *data, size_t size);
+#ifndef PT_NO_STDIO
+PT_DEF pt_result pt_read_merl(pt_merl *out, const char *path);
+#endif
+PT_DEF void      pt_merl_free(pt_merl *merl);
 
 /* A material that came with a mesh: its numbers are in desc. Its pictures are for the caller to load, with any library:
        for (k = 0; k < PT_MTL_MAPS; k++)
@@ -3008,6 +3041,188 @@ static float pti_pdf_lost(const pti_albedo_table *t, float row, float mu) {
     return pti_pdf_table(t->lost[(int)(row + 0.5f)], PTI_ALBEDO - 1, cell) / (4 * PTI_PI * x);
 }
 
+/* ---- >>measured ----------------------------------------------------------------------------------------
+   BRDFs as tables over half and difference angles (Rusinkiewicz 1998; Matusik et al. 2003). With s = wo + wi, d = wi - wo,
+       tan theta_h = |(sx, sy)| / sz,    tan theta_d = |d| / |s|,    tan phi_d = (sx dy - sy dx) / (-dz |s|):
+   the last since x about h is (hz hx / r, hz hy / r, -r), y is (-hy, hx, 0) / r with r = |(hx, hy)|, and d is perpendicular
+   to h. Exchanging wo and wi turns d round, which phi_d, known up to 180 degrees, does not see: reciprocity is exact. Cells go
+   by sqrt(theta_h), as highlights want it. The database's own reader takes the nearest cell; we go linearly between the
+   middles of the eight around, lest highlights look like stairs and normal maps sparkle.
+
+   A direction is drawn by its half vector, like a mirror's, from a density fitted to the table: for each of 32 ranges of
+   theta_o, bins over h hold the luminance that goes that way,
+       P(bin) ~ the integral of f cos(wi) dw_i = f cos(wi) 4 (wo.h) dw_h,    p(wi) = P / (solid angle of the bin) / (4 wo.h),
+   and one of ten is drawn like a diffuse surface's, so that f cos / p never exceeds 10 pi f, wherever bins are too coarse
+   to know. */
+#define PTI_MEASURED_ROWS 32
+#define PTI_MEASURED_AROUND 32                           /* bins of h's azimuth, dense towards wo's: there light comes back */
+#define PTI_MEASURED_BINS 90                             /* of theta_h, at least; where the table has more cells, as many */
+#define PTI_MEASURED_DIFFUSE 0.1f
+#define PTI_MEASURED_CELLS 512                           /* at most, an axis */
+#define PTI_MEASURED_BELOW 0.05f                         /* so far below the horizon wi may be, for a bin to hold something */
+#define PTI_MEASURED_LEAST 0.02f                         /* and what cos(wi) counts there */
+
+typedef struct pti_measured_row {                        /* what is known for a range of theta_o */
+    const struct pti_measured *of;
+    pti_table2 density;                                  /* x: azimuth; y: sqrt(theta_h) */
+    pt_vec3 albedo;
+} pti_measured_row;
+typedef struct pti_measured {
+    int cells_h, cells_d, cells_p, bins;
+    float *values, *edges, *tables;                      /* edges: 1 - cos theta_h between bins; tables: all rows' densities */
+    pti_measured_row rows[PTI_MEASURED_ROWS];
+} pti_measured;
+
+static size_t pti_measured_values(const pti_measured *m) {
+    return 3 * (size_t)m->cells_h * (size_t)m->cells_d * (size_t)m->cells_p;
+}
+static size_t pti_measured_table(const pti_measured *m) {              /* floats of one row's density */
+    return (size_t)m->bins * (PTI_MEASURED_AROUND + 2) + 1;
+}
+
+/* The angles, from 0 to 1: of sqrt(theta_h), of theta_d and of phi_d; s itself, and cos theta_d. */
+typedef struct pti_half { pt_vec3 s; float h, d, p, cosine; } pti_half;
+static pti_half pti_half_of(pt_vec3 wo, pt_vec3 wi) {
+    pti_half a;
+    pt_vec3 d = pti_sub(wi, wo);
+    float length, y, x;
+    a.s = pti_add(wo, wi);
+    length = pti_length(a.s);
+    y = a.s.x * d.y - a.s.y * d.x;
+    x = -d.z * length;
+    if (y < 0 || (y == 0 && x < 0)) { y = -y; x = -x; }
+    a.h = sqrtf(pti_atan2(sqrtf(a.s.x * a.s.x + a.s.y * a.s.y), a.s.z) * (2 / PTI_PI));
+    a.d = pti_atan2(pti_length(d), length) * (2 / PTI_PI);
+    a.p = pti_atan2(y, x) * (1 / PTI_PI);
+    a.cosine = 0.5f * length;
+    return a;
+}
+/* The two cells about x, and how far it is from the middle of the first. */
+static float pti_measured_between(float x, int cells, int *first, int *second) {
+    x = pti_clamp(x * (float)cells - 0.5f, 0, (float)(cells - 1));
+    *first = (int)x;
+    *second = *first + 1 < cells ? *first + 1 : *first;
+    return x - (float)*first;
+}
+static float pti_measured_around(float x, int cells, int *first, int *second) {        /* the last one's next is the first */
+    x = x * (float)cells - 0.5f;
+    if (x < 0) x += (float)cells;
+    *first = (int)x < cells ? (int)x : cells - 1;
+    *second = *first + 1 < cells ? *first + 1 : 0;
+    return pti_min(x - (float)*first, 1);
+}
+static pt_vec3 pti_measured_at(const pti_measured *m, const pti_half *a) {
+    pt_vec3 sum = pt_v3(0, 0, 0);
+    int h[2], d[2], p[2], i;
+    float fh = pti_measured_between(a->h, m->cells_h, &h[0], &h[1]), fd = pti_measured_between(a->d, m->cells_d, &d[0], &d[1]);
+    float fp = pti_measured_around(a->p, m->cells_p, &p[0], &p[1]);
+    for (i = 0; i < 4; i++) {
+        const float *row = m->values + 3 * ((size_t)h[i >> 1] * (size_t)m->cells_d + (size_t)d[i & 1]) * (size_t)m->cells_p;
+        const float *v = row + 3 * p[0], *w = row + 3 * p[1];
+        float share = (i >> 1 ? fh : 1 - fh) * (i & 1 ? fd : 1 - fd), next = share * fp;
+        share -= next;
+        sum = pti_add(sum, pt_v3(v[0] * share + w[0] * next, v[1] * share + w[1] * next, v[2] * share + w[2] * next));
+    }
+    return sum;
+}
+
+/* Bins: of azimuth, by the square of the distance from the middle, which is wo's; of theta_h, as cells are. */
+typedef struct pti_measured_bin { float phi, phi_width, c, c_width; } pti_measured_bin;        /* c = 1 - cos theta_h */
+static float pti_measured_azimuth(int i) {               /* where bin i begins */
+    float x = (float)i * (2.0f / PTI_MEASURED_AROUND) - 1;
+    return PTI_PI * x * fabsf(x);
+}
+static pti_measured_bin pti_measured_bin_at(const pti_measured *m, int around, int h) {
+    pti_measured_bin b;
+    b.phi = pti_measured_azimuth(around);
+    b.phi_width = pti_measured_azimuth(around + 1) - b.phi;
+    b.c = m->edges[h];
+    b.c_width = m->edges[h + 1] - b.c;
+    return b;
+}
+static float pti_measured_solid_angle(const pti_measured_bin *b) { return b->phi_width * b->c_width; }
+static pt_vec3 pti_measured_h(const pti_measured_bin *b, float x, float y) {           /* uniform, x and y from 0 to 1 */
+    float c = b->c + y * b->c_width, r = pti_safe_sqrt(c * (2 - c)), sine, cosine;
+    pti_sincos(b->phi + x * b->phi_width, &sine, &cosine);
+    return pt_v3(r * cosine, r * sine, 1 - c);
+}
+static pt_vec3 pti_measured_mirrored(pt_vec3 wo, pt_vec3 h) { return pti_sub(pti_scale(h, 2 * pti_dot(h, wo)), wo); }
+
+/* The integral of f cos(wi) dw_i over a bin, averaged over a row's theta_o, by a few points; *luminance is the same, but
+   for grazing wi, and some below the horizon: those count as if higher, lest a bin be missed that reaches above it. */
+static pt_vec3 pti_measured_flux(const pti_measured *m, int row, int around, int h, float *luminance) {
+    static const float at[4][2] = { { 0.125f, 0.375f }, { 0.625f, 0.125f }, { 0.375f, 0.875f }, { 0.875f, 0.625f } };
+    pti_measured_bin bin = pti_measured_bin_at(m, around, h);
+    float area = pti_measured_solid_angle(&bin);
+    pt_vec3 sum = pt_v3(0, 0, 0), wo = sum, n, wi, f;
+    int k;
+    *luminance = 0;
+    for (k = 0; k < 4; k++) {
+        pti_half a;
+        pti_sincos(((float)row + ((float)k + 0.5f) / 4) * (PTI_PI / 2 / PTI_MEASURED_ROWS), &wo.x, &wo.z);
+        n = pti_measured_h(&bin, at[k][0], at[k][1]);
+        wi = pti_measured_mirrored(wo, n);
+        if (!(wi.z > -PTI_MEASURED_BELOW) || !(pti_dot(wo, n) > 0)) continue;
+        a = pti_half_of(wo, wi);
+        f = pti_scale(pti_measured_at(m, &a), pti_dot(wo, n) * area);
+        sum = pti_madd(f, pti_max(wi.z, 0), sum);
+        *luminance += pti_luminance(f) * pti_max(wi.z, PTI_MEASURED_LEAST);
+    }
+    return sum;
+}
+static void pti_measured_fit_row(pti_measured *m, int row) {
+    pti_measured_row *r = m->rows + row;
+    float value[PTI_MEASURED_AROUND], sum[PTI_MEASURED_CELLS];     /* bins are no more */
+    int h, i;
+    r->density.width = PTI_MEASURED_AROUND;
+    r->density.height = m->bins;
+    r->density.rows = m->tables + (size_t)row * pti_measured_table(m);
+    r->density.cells = r->density.rows + m->bins + 1;
+    for (h = 0; h < m->bins; h++) {
+        sum[h] = 0;
+        for (i = 0; i < PTI_MEASURED_AROUND; i++) {
+            r->albedo = pti_add(r->albedo, pti_measured_flux(m, row, i, h, &value[i]));
+            sum[h] += value[i];
+        }
+        pti_table_build(r->density.cells + (size_t)h * (PTI_MEASURED_AROUND + 1), value, PTI_MEASURED_AROUND);
+    }
+    pti_table_build(r->density.rows, sum, m->bins);
+}
+static void pti_measured_fit(pti_measured *m) {
+    int i;
+    for (i = 0; i <= m->bins; i++) {
+        float x = (float)i / (float)m->bins, s, c;
+        pti_sincos(x * x * (PTI_PI / 4), &s, &c);
+        m->edges[i] = 2 * s * s;                         /* 1 - cos, without its cancellation */
+    }
+    for (i = 0; i < PTI_MEASURED_ROWS; i++) pti_measured_fit_row(m, i);
+}
+
+/* The row for wo. In what follows, wo is in the x z plane, x >= 0. */
+static const pti_measured_row *pti_measured_row_of(const pti_measured *m, float cosine) {
+    int row = (int)(pti_acos(cosine) * (2 * PTI_MEASURED_ROWS / PTI_PI));
+    return m->rows + (row < PTI_MEASURED_ROWS ? row : PTI_MEASURED_ROWS - 1);
+}
+static pt_vec3 pti_sample_measured(const pti_measured_row *r, pt_vec3 wo, float u, float v) {
+    pti_measured_bin bin;
+    float x, y;
+    pti_sample_table2(&r->density, u, v, &x, &y);
+    x *= PTI_MEASURED_AROUND;
+    y *= (float)r->of->bins;
+    bin = pti_measured_bin_at(r->of, (int)x, (int)y);
+    return pti_measured_mirrored(wo, pti_measured_h(&bin, x - floorf(x), y - floorf(y)));
+}
+static float pti_pdf_measured(const pti_measured_row *r, const pti_half *a) {
+    float phi = pti_atan2(a->s.y, a->s.x), x = sqrtf(fabsf(phi) * (1 / PTI_PI));
+    int around = (int)((phi < 0 ? 1 - x : 1 + x) * (0.5f * PTI_MEASURED_AROUND)), h = (int)(a->h * (float)r->of->bins);
+    pti_measured_bin bin;
+    if (around > PTI_MEASURED_AROUND - 1) around = PTI_MEASURED_AROUND - 1;
+    if (h > r->of->bins - 1) h = r->of->bins - 1;
+    bin = pti_measured_bin_at(r->of, around, h);
+    return (r->density.rows[h + 1] - r->density.rows[h]) * pti_pdf_table(pti_table2_row(&r->density, h), 1, around)
+         / (pti_measured_solid_angle(&bin) * 4 * a->cosine);
+}
+
 /* ---- >>bsdf --------------------------------------------------------------------------------------------
    How surfaces scatter. What a material yields at a vertex is a list of lobes, and its BSDF is their sum:
        f = sum_i f_i,    p = sum_i share_i p_i.
@@ -3016,7 +3231,7 @@ static float pti_pdf_lost(const pti_albedo_table *t, float row, float mu) {
    different normal maps. Colours of lobes already hold the shares of what lies above them. */
 
 typedef enum pti_lobe_kind {
-    PTI_LAMBERT, PTI_DIFFUSE, PTI_THROUGH, PTI_FUZZ, PTI_METAL, PTI_COAT, PTI_THIN, PTI_GLASS, PTI_USER_LOBE,
+    PTI_LAMBERT, PTI_DIFFUSE, PTI_THROUGH, PTI_FUZZ, PTI_METAL, PTI_COAT, PTI_THIN, PTI_GLASS, PTI_MEASURED, PTI_USER_LOBE,
     PTI_PASS, PTI_MIRROR, PTI_GLOSS, PTI_THIN_PANE, PTI_PANE         /* deltas, from here on */
 } pti_lobe_kind;
 
@@ -3034,6 +3249,7 @@ typedef struct pti_lobe {
     float table_roughness, e, e_mean;                    /* where in it; E(wo); the mean of E, or under a layer of 1 - E */
     float fresnel_mean;                                  /* of one smooth face: PTI_THIN, and smooth gloss on PTI_DIFFUSE */
     float cover, rough;                                  /* PTI_DIFFUSE: how much of albedo lies on it; EON's roughness */
+    const pti_measured_row *measured;                    /* PTI_MEASURED; t is in the plane of n and wo */
     const pt_bsdf_vtable *vtable;                        /* PTI_USER_LOBE */
     void *user;
 } pti_lobe;
@@ -3246,6 +3462,18 @@ static void pti_glass_sample(const pti_lobe *l, float u, float v, uint32_t choic
     }
 }
 
+static float pti_measured_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
+    pti_half a;
+    if (!(wi.z > 0)) return 0;
+    a = pti_half_of(l->wo, wi);
+    *f = pti_mul(l->color, pti_scale(pti_measured_at(l->measured->of, &a), wi.z));
+    return PTI_MEASURED_DIFFUSE * pti_pdf_cosine(wi.z) + (1 - PTI_MEASURED_DIFFUSE) * pti_pdf_measured(l->measured, &a);
+}
+static void pti_measured_sample(const pti_lobe *l, float u, float v, uint32_t choice, pt_vec3 *wi) {
+    *wi = pti_split(&choice, PTI_MEASURED_DIFFUSE) ? pti_sample_cosine(u, v) : pti_sample_measured(l->measured, l->wo, u, v);
+    wi->z = pti_max(wi->z, 0);                           /* below the surface: lost */
+}
+
 static float pti_fuzz_eval(const pti_lobe *l, pt_vec3 wi, pt_vec3 *f) {
     if (!(wi.z > 0)) return 0;
     *f = pti_scale(l->color, pti_sheen(l->wo, wi, l->ax));
@@ -3278,6 +3506,7 @@ static float pti_lobe_eval(const pti_lobe *l, const pt_vertex *x, int same_side,
     case PTI_FUZZ:    return pti_fuzz_eval(l, wi, f);
     case PTI_THIN:    return pti_thin_eval(l, wi, f);
     case PTI_GLASS:   return pti_glass_eval(l, wi, f);
+    case PTI_MEASURED: return pti_measured_eval(l, wi, f);
     default:          return pti_metal_eval(l, wi, f);
     }
 }
@@ -3339,6 +3568,7 @@ static int pti_lobe_sample(const pti_lobe *l, const pt_vertex *x, uint32_t u, ui
     case PTI_FUZZ:    wi = pti_sample_hemisphere(a, b); break;
     case PTI_THIN:    pti_thin_sample(l, a, b, choice, &wi); break;
     case PTI_GLASS:   pti_glass_sample(l, a, b, choice, &wi); break;
+    case PTI_MEASURED: pti_measured_sample(l, a, b, choice, &wi); break;
     default:          pti_metal_sample(l, a, b, choice, &wi);
     }
     out->wi = pti_to_world(l->t, l->b, l->n, wi);
@@ -3393,6 +3623,7 @@ typedef struct pti_material {
     const struct pti_material *all;                      /* the scene's, set at commit like all that follow */
     const pti_texture *textures;
     const pti_albedo *mirror, *dielectric, *coat, *fuzz; /* NULL where nothing asks them */
+    const pti_measured *measured;
     float fresnel_mean;                                  /* of a smooth face of index ior */
     int emits, two_sided;                                /* of a mix: if one of its parts does, or is */
     int glows;                                           /* emits one colour, and does nothing else that matters there */
@@ -3587,6 +3818,16 @@ static float pti_layer_albedo(const pti_albedo *a, pt_vec3 wo, float eta, float 
     pti_albedo_integrate(wo, ax, ay, eta, eta > 1 ? 16 : 32, eta > 1 ? 16 : 64, sum);
     return sum[0];
 }
+static void pti_shade_measured(pti_shading *s, const pt_vertex *x) {
+    const pti_measured_row *row = pti_measured_row_of(s->m->measured, s->frame.wo.z);
+    pt_vec3 color = pti_mul(s->weight, s->d->color), t = pti_madd(s->frame.n, -pti_dot(s->frame.n, x->wo), x->wo);
+    pt_vec3 albedo = pti_add(row->albedo, pt_v3(1e-3f, 1e-3f, 1e-3f));   /* never 0: the row was fitted by a few points */
+    pti_lobe *l = pti_add_lobe(s, PTI_MEASURED, color, pti_luminance(pti_mul(color, albedo)));
+    if (!l) return;
+    l->measured = row;
+    if (pti_dot(t, t) > 1e-8f) { l->t = pti_normalize(t); l->b = pti_cross(l->n, l->t); }
+    l->wo = pt_v3(pti_safe_sqrt(1 - l->wo.z * l->wo.z), 0, l->wo.z);
+}
 /* A clear layer: the coat, or the gloss of a dielectric. Returns how much of the light it keeps from what lies below. */
 static float pti_shade_layer(pti_shading *s, float amount, float eta, const pti_albedo *a, float rx, float ry) {
     pti_lobe *l;
@@ -3705,6 +3946,7 @@ static void pti_material_lobes(const pti_material *m, const pt_vertex *x, pt_vec
         break;
     case PT_BSDF_DIELECTRIC: pti_shade_glass(&s, s.weight, s.d->color, s.d->color); break;
     case PT_BSDF_PRINCIPLED: pti_shade_principled(&s); break;
+    case PT_BSDF_MEASURED:   pti_shade_measured(&s, x); break;
     case PT_BSDF_NONE:       pti_add_lobe(&s, PTI_PASS, s.weight, pti_luminance(s.weight)); break;
     case PT_BSDF_USER:
         l = pti_add_lobe(&s, PTI_USER_LOBE, s.weight, pti_luminance(s.weight));
@@ -4738,6 +4980,7 @@ struct pt_scene {
     pti_geometry geometry;
     pti_material *materials;    size_t material_count, material_capacity;
     pti_texture *textures;      size_t texture_count, texture_capacity;
+    pti_measured *measured;     size_t measured_count, measured_capacity;
     float *decode[3];                                    /* what 256 values mean, linear and sRGB, and 65536 sRGB ones; each
                                                             NULL until a texture uses it */
     pt_density_desc *densities; size_t density_count, density_capacity;
@@ -4794,6 +5037,11 @@ static void *pti_scene_slot(pt_scene *s, void **array, size_t *count, size_t *ca
     return (char *)*array + (*count)++ * size;
 }
 
+static void pti_measured_free(pti_measured *m, const pt_allocator *a) {
+    pti_free(a, m->values, pti_measured_values(m), sizeof(float));
+    pti_free(a, m->edges, (size_t)m->bins + 1, sizeof(float));
+    pti_free(a, m->tables, PTI_MEASURED_ROWS * pti_measured_table(m), sizeof(float));
+}
 PT_DEF void pt_scene_destroy(pt_scene *s) {
     pt_allocator a;
     size_t i;
@@ -4815,6 +5063,7 @@ PT_DEF void pt_scene_destroy(pt_scene *s) {
         pti_texture *t = s->textures + i;
         if (t->owned) pti_free(&a, (void *)(uintptr_t)t->pixels, pti_texture_count(t), pti_texture_size(t));
     }
+    for (i = 0; i < s->measured_count; i++) pti_measured_free(s->measured + i, &a);
     while (s->albedos) {
         pti_albedo_list *next = s->albedos->next;
         pti_free(&a, s->albedos, 1, sizeof *next);
@@ -4826,6 +5075,7 @@ PT_DEF void pt_scene_destroy(pt_scene *s) {
     pti_free(&a, s->geometry.shapes, s->geometry.shape_capacity, sizeof(pti_shape));
     pti_free(&a, s->materials, s->material_capacity, sizeof(pti_material));
     pti_free(&a, s->textures, s->texture_capacity, sizeof(pti_texture));
+    pti_free(&a, s->measured, s->measured_capacity, sizeof(pti_measured));
     pti_free(&a, s->densities, s->density_capacity, sizeof(pt_density_desc));
     pti_free(&a, s->lights.emitters, s->lights.capacity, sizeof(pti_emitter));
     pti_free(&a, s->lights.nodes, s->lights.node_capacity, sizeof(pti_light_node));
@@ -4880,6 +5130,8 @@ static int pti_check_material(pt_scene *s, const pt_material_desc *d) {
         && pti_check_material_numbers(s, d) && pti_check_material_textures(s, d)
         && pti_check_id(s, d->a.id, s->material_count - 1, call, "a, a material,")
         && pti_check_id(s, d->b.id, s->material_count - 1, call, "b, a material,")
+        && pti_check_id(s, d->measured.id, s->measured_count, call, "measured")
+        && pti_require(s, d->bsdf != PT_BSDF_MEASURED || d->measured.id, call, "PT_BSDF_MEASURED needs measured")
         && pti_require(s, d->bsdf != PT_BSDF_USER || (d->vtable && d->vtable->eval && d->vtable->pdf && d->vtable->sample),
                        call, "PT_BSDF_USER needs a vtable with eval, pdf and sample");
 }
@@ -4891,7 +5143,8 @@ static void pti_material_defaults(pt_material_desc *d) {
     if (d->specular == 0 && !d->specular_texture.id) d->specular = 1;
     if (d->sheen_roughness == 0) d->sheen_roughness = 0.5f;
     if (pti_is_zero3(d->sheen_color) && !d->sheen_color_texture.id) d->sheen_color = white;
-    if (d->bsdf == PT_BSDF_DIELECTRIC && pti_is_zero3(d->color) && !d->color_texture.id) d->color = white;
+    if ((d->bsdf == PT_BSDF_DIELECTRIC || d->bsdf == PT_BSDF_MEASURED) && pti_is_zero3(d->color) && !d->color_texture.id)
+        d->color = white;
 }
 /* What the renderer asks before it looks at numbers. A mix is what its parts are. */
 static void pti_material_flags(pti_material *m, const pti_material *all) {
@@ -4911,7 +5164,7 @@ static void pti_material_flags(pti_material *m, const pti_material *all) {
     m->wants_coordinates = m->varies || d->bsdf == PT_BSDF_USER || d->roughness_y > 0
         || (mix && (a->wants_coordinates || b->wants_coordinates));
     m->wants_choice = mix ? a->wants_choice || b->wants_choice : d->bsdf == PT_BSDF_USER || d->bsdf == PT_BSDF_PRINCIPLED
-        || ((d->bsdf == PT_BSDF_CONDUCTOR || d->bsdf == PT_BSDF_DIELECTRIC) && (m->varies || !pti_smooth(pti_roughest(d))));
+        || d->bsdf == PT_BSDF_MEASURED || ((d->bsdf == PT_BSDF_CONDUCTOR || d->bsdf == PT_BSDF_DIELECTRIC) && (m->varies || !pti_smooth(pti_roughest(d))));
     m->lobes = (opaque ? 0 : 1) + (mix ? a->lobes + b->lobes : d->bsdf == PT_BSDF_PRINCIPLED ? 7
         : d->bsdf == PT_BSDF_DIFFUSE ? 2 : 1);
     if (d->bsdf == PT_BSDF_PRINCIPLED && !d->shade) {    /* fuzz, coat, glass and what shines through are often not there */
@@ -5102,6 +5355,63 @@ PT_DEF pt_texture pt_add_texture(pt_scene *s, const pt_texture_desc *d) {
     pti_fpmode mode = pti_fpmode_enter();
     pt_texture id = pti_add_texture_ieee(s, d);
     pti_fpmode_leave(mode);
+    return id;
+}
+
+static int pti_check_measured(pt_scene *s, const pt_measured_desc *d, const pti_measured *m) {
+    const char *call = "pt_add_measured";
+    size_t i;
+    if (!pti_require(s, d->values != NULL, call, "values is NULL")
+        || !pti_check(s, m->cells_h >= 1 && m->cells_h <= PTI_MEASURED_CELLS, call, "cells_h must be 1 to 512, or 0 for 90",
+                      (float)m->cells_h)
+        || !pti_check(s, m->cells_d >= 1 && m->cells_d <= PTI_MEASURED_CELLS, call, "cells_d must be 1 to 512, or 0 for 90",
+                      (float)m->cells_d)
+        || !pti_check(s, m->cells_p >= 1 && m->cells_p <= PTI_MEASURED_CELLS, call, "cells_p must be 1 to 512, or 0 for 180",
+                      (float)m->cells_p)) return 0;
+    for (i = 0; i < pti_measured_values(m); i++) {
+        size_t cell = i / 3, p = (size_t)m->cells_p, dp = p * (size_t)m->cells_d;
+        if (pti_in_range(d->values[i])) continue;
+        pti_fail(&s->error, PT_ERR_ARG, "%s: cell (%u, %u, %u) must be finite and below 1e12 (a channel is %g)", call,
+                 (uint64_t)(cell / dp), (uint64_t)(cell % dp / p), (uint64_t)(cell % p), (double)d->values[i]);
+        return 0;
+    }
+    return 1;
+}
+/* Copies the values and fits the density; 0 when out of memory. */
+static int pti_measured_take(pti_measured *m, const pt_measured_desc *d, const pt_allocator *a) {
+    size_t i, n = pti_measured_values(m);
+    m->values = (float *)pti_alloc(a, n, sizeof(float));
+    m->edges = (float *)pti_alloc(a, (size_t)m->bins + 1, sizeof(float));
+    m->tables = (float *)pti_alloc(a, PTI_MEASURED_ROWS * pti_measured_table(m), sizeof(float));
+    if (!m->values || !m->edges || !m->tables) return 0;
+    for (i = 0; i < n; i++) m->values[i] = pti_max(d->values[i], 0);
+    pti_measured_fit(m);
+    return 1;
+}
+PT_DEF pt_measured pt_add_measured(pt_scene *s, const pt_measured_desc *d) {
+    pt_measured id = { 0 };
+    pti_measured m, *slot;
+    pti_fpmode mode;
+    void *array;
+    int taken;
+    if (!pti_scene_open(s, "pt_add_measured", d)) return id;
+    memset(&m, 0, sizeof m);
+    m.cells_h = d->cells_h ? d->cells_h : 90;
+    m.cells_d = d->cells_d ? d->cells_d : 90;
+    m.cells_p = d->cells_p ? d->cells_p : 180;
+    m.bins = m.cells_h > PTI_MEASURED_BINS ? m.cells_h : PTI_MEASURED_BINS;
+    if (!pti_check_measured(s, d, &m)) return id;
+    array = s->measured;
+    slot = (pti_measured *)pti_scene_slot(s, &array, &s->measured_count, &s->measured_capacity, sizeof *slot);
+    s->measured = (pti_measured *)array;
+    if (!slot) return id;
+    mode = pti_fpmode_enter();
+    taken = pti_measured_take(&m, d, &s->allocator);
+    pti_fpmode_leave(mode);
+    *slot = m;
+    if (!taken) pti_fail(&s->error, PT_ERR_MEMORY, "pt_add_measured: out of memory for %d x %d x %d cells", m.cells_h, m.cells_d,
+                         m.cells_p);
+    else id.id = (uint32_t)s->measured_count;
     return id;
 }
 
@@ -5757,11 +6067,15 @@ static int pti_material_tables(pt_scene *s, pti_material *m) {
 }
 static int pti_scene_link(pt_scene *s) {                 /* arrays do not move any more: pointers; 0: out of memory */
     size_t i;
+    int row;
     pti_spectrum_build(&s->spectrum);
+    for (i = 0; i < s->measured_count; i++)
+        for (row = 0; row < PTI_MEASURED_ROWS; row++) s->measured[i].rows[row].of = s->measured + i;
     for (i = 0; i < s->material_count; i++) {
         pti_material *m = s->materials + i;
         m->all = s->materials;
         m->textures = s->textures;
+        if (m->desc.measured.id) m->measured = s->measured + (m->desc.measured.id - 1);
         if (!pti_material_tables(s, m)) return 0;
     }
     if (s->environment_texture.id) s->environment.texture = s->textures + (s->environment_texture.id - 1);
@@ -8081,6 +8395,92 @@ PT_DEF pt_result pt_read_image(pt_image *out, const char *path) {
     return r;
 }
 #endif
+
+/* ---- >>merl --------------------------------------------------------------------------------------------
+   Measured BRDFs of the MERL database (Matusik, Pfister, Brand and McMillan 2003): three int32, 90 90 180, then a plane of
+   doubles for each of red, green and blue, theta_h slowest and phi_d fastest, all little-endian; reflectance is the number
+   times 1/1500, 1.15/1500, 1.66/1500. What could not be measured is negative. */
+#define PTI_MERL_H 90
+#define PTI_MERL_D 90
+#define PTI_MERL_P 180
+#define PTI_MERL_CELLS ((size_t)PTI_MERL_H * PTI_MERL_D * PTI_MERL_P)
+#define PTI_MERL_HEADER 12
+
+static uint32_t pti_little32(const uint8_t *p) {
+    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+}
+static double pti_little_double(const uint8_t *p) {
+    uint64_t bits = (uint64_t)pti_little32(p) | (uint64_t)pti_little32(p + 4) << 32;
+    double x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+static int pti_merl_check(pti_input *in) {
+    uint32_t dims[3];
+    size_t i, size = PTI_MERL_HEADER + 3 * 8 * PTI_MERL_CELLS;
+    if (pti_input_left(in) < PTI_MERL_HEADER) return pti_refuse(in, "the file ends in its header");
+    for (i = 0; i < 3; i++) dims[i] = pti_little32(in->at + 4 * i);
+    if (dims[0] != PTI_MERL_H || dims[1] != PTI_MERL_D || dims[2] != PTI_MERL_P)
+        return pti_refuse(in, "no measured BRDF: it begins with %u %u %u, not with 90 90 180", (uint64_t)dims[0],
+                          (uint64_t)dims[1], (uint64_t)dims[2]);
+    if (pti_input_left(in) == size) return 1;
+    return pti_refuse(in, "the file has %u bytes, and should have %u", (uint64_t)pti_input_left(in), (uint64_t)size);
+}
+static int pti_merl_values(pti_input *in, float *values) {
+    static const double scale[3] = { 1 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0 };
+    size_t channel, i;
+    in->at += PTI_MERL_HEADER;
+    for (channel = 0; channel < 3; channel++) for (i = 0; i < PTI_MERL_CELLS; i++, in->at += 8) {
+        double v = pti_little_double(in->at) * scale[channel];
+        if (!(v >= -1e12 && v <= 1e12)) return pti_refuse(in, "%g is no reflectance", v);
+        values[3 * i + channel] = (float)(v > 0 ? v : 0);
+    }
+    return 1;
+}
+static pt_result pti_read_merl(pt_merl *out, const char *name, const void *data, size_t size) {
+    pt_allocator a = pti_allocator_or_default(out->allocator);
+    pti_input in = pti_input_of(name, data, size, out->error);
+    pti_fpmode mode;
+    int fine;
+    in.line = 0;
+    if (!pti_merl_check(&in)) return PT_ERR_FORMAT;
+    out->values = (float *)pti_alloc(&a, 3 * PTI_MERL_CELLS, sizeof(float));
+    if (!out->values) return pti_report(out->error, PT_ERR_MEMORY, name, "out of memory");
+    mode = pti_fpmode_enter();
+    fine = pti_merl_values(&in, out->values);
+    pti_fpmode_leave(mode);
+    if (!fine) pt_merl_free(out);
+    return fine ? PT_OK : PT_ERR_FORMAT;
+}
+PT_DEF pt_result pt_read_merl_memory(pt_merl *out, const void *data, size_t size) {
+    if (!out || (!data && size)) return PT_ERR_ARG;
+    pt_merl_free(out);
+    out->error[0] = 0;
+    return pti_read_merl(out, "memory", data, size);
+}
+#ifndef PT_NO_STDIO
+PT_DEF pt_result pt_read_merl(pt_merl *out, const char *path) {
+    pt_allocator a;
+    pti_file f;
+    pt_result r;
+    if (!out || !path) return PT_ERR_ARG;
+    pt_merl_free(out);
+    out->error[0] = 0;
+    a = pti_allocator_or_default(out->allocator);
+    r = pti_file_read(&a, path, out->error, &f);
+    if (r != PT_OK) return r;
+    r = pti_read_merl(out, path, f.data, f.size);
+    pti_file_free(&a, &f);
+    return r;
+}
+#endif
+PT_DEF void pt_merl_free(pt_merl *merl) {
+    pt_allocator a;
+    if (!merl) return;
+    a = pti_allocator_or_default(merl->allocator);
+    pti_free(&a, merl->values, 3 * PTI_MERL_CELLS, sizeof(float));
+    merl->values = NULL;
+}
 
 /* ---- >>mesh --------------------------------------------------------------------------------------------
    Meshes from files: Wavefront OBJ and its materials, MTL (the "Advanced Visualizer" manual's appendix B1; the format's own

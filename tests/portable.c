@@ -221,6 +221,15 @@ static void ball(pt_scene *s, const pt_material_desc *m) {
     int i = spheres_in++;
     pt_add_sphere(s, pt_v3((float)(i % 4) * 1.5f - 2.25f, .6f, (float)(i / 4) * 1.5f - 2), .6f, pt_add_material(s, m));
 }
+static pt_measured measured(pt_scene *s) {                /* rough in all angles, and here and there not measured */
+    static float values[3 * 20 * 10 * 6];
+    pt_measured_desc d;
+    int i;
+    for (i = 0; i < 3 * 20 * 10 * 6; i++) values[i] = (float)(i * 7919 % 1009 - 9) / 1000 * (i < 180 ? 30 : .5f);
+    memset(&d, 0, sizeof d);
+    d.values = values; d.cells_h = 20; d.cells_d = 10; d.cells_p = 6;
+    return pt_add_measured(s, &d);
+}
 static pt_scene *metals(void) {
     pt_scene *s = pt_scene_create(NULL);
     pt_material_desc m;
@@ -236,6 +245,7 @@ static pt_scene *metals(void) {
     ball(s, &m);
     m.roughness_y = 0; m.rotation_deg = 0; ball(s, &m);
     m.roughness = 0;   ball(s, &m);
+    m.bsdf = PT_BSDF_MEASURED; m.measured = measured(s); ball(s, &m);
     light(s, PT_LIGHT_SUN, pt_v3(3, 3, 2), pt_v3(0, 0, 0), pt_v3(1, -2, -1));
     add_sky(s);
     return s;

@@ -625,7 +625,7 @@ static const field material_fields[] = {
     M(coat), M(coat_roughness), M(coat_ior), M(sheen), M(sheen_roughness), M(sheen_color), M(translucency), M(transparency), M(emission),
     M(mix), M(bump), MT(color), MT(roughness), MT(roughness_y), MT(rotation), MT(metallic), MT(transmission), MT(specular), MT(coat),
     MT(coat_roughness), MT(sheen), MT(sheen_color), MT(translucency), MT(emission), MT(mix), MT(opacity), MT(normal), MT(bump),
-    NUMBER(a), NUMBER(b), INT(pt_material_desc, bsdf), INT(pt_material_desc, thin), INT(pt_material_desc, two_sided)
+    NUMBER(a), NUMBER(b), NUMBER(measured), INT(pt_material_desc, bsdf), INT(pt_material_desc, thin), INT(pt_material_desc, two_sided)
 };
 #define T(name) FLOATS(pt_texture_desc, name)
 #define TI(name) INT(pt_texture_desc, name)
@@ -688,7 +688,8 @@ static int spoil(pt_rng *rng, const field *fields, int count, void *desc, const 
     return n;
 }
 static int names_one(const char *error, const char **names, int n) {     /* or says what came of it */
-    static const char *const others[] = { "color is too bright", "of the environment must be", "too many lobes" };
+    static const char *const others[] = { "color is too bright", "of the environment must be", "too many lobes",
+        "needs measured" };
     int i;
     for (i = 0; i < COUNT(others); i++) if (strstr(error, others[i])) return 1;
     for (i = 0; i < n; i++) if (strstr(error, names[i])) return 1;
@@ -706,7 +707,7 @@ static int add_some_textures(pt_scene *s) {
     return (int)pt_add_texture(s, &(pt_texture_desc){ .pattern = PT_PATTERN_CHECKER }).id;
 }
 static pt_texture_desc any_picture(pt_rng *rng) {
-    static float pixels[1024];
+    static float pixels[32 * 32 * 4];                    /* any_int goes no further, within what is taken */
     pt_texture_desc d;
     memset(&d, 0, sizeof d);
     if (pt_rng_u32(rng) % 2) { d.pattern = (pt_pattern)(1 + pt_rng_u32(rng) % 3); return d; }
@@ -748,9 +749,10 @@ static int was_refused(pt_scene *s, const char **names, int n, long *refused) {
     ++*refused;
     return 1;
 }
-static pt_material_desc any_material(pt_rng *rng, int materials) {
+static pt_material_desc any_material(pt_rng *rng, int materials, pt_measured measured) {
     pt_material_desc m;
     memset(&m, 0, sizeof m);
+    m.measured = measured;
     m.bsdf = (pt_bsdf)(pt_rng_u32(rng) % PT_BSDF_USER);
     m.color = pt_v3(pt_rng_float(rng), 0.5f, 1);
     if (pt_rng_u32(rng) % 2) m.metallic = m.transmission = m.coat = m.sheen = m.mix = m.transparency = 0.3f;
@@ -764,10 +766,13 @@ static void numbers_of_all_kinds(void) {
     long trial, drawn = 0, refused = 0;
     pt_rng_seed(&rng, 11, 7);
     for (trial = 0; trial < 1500; trial++) {
+        static const float cells[3 * 4] = { 1e-30f, 0.3f, 0.1f, 100, -1, 0.2f, 0, 0, 0, 0.02f, 1, 0.1f };
         pt_scene *s = pt_scene_create(NULL);
         int textures = add_some_textures(s), materials = 0, n, done;
         const char *names[3];
         pt_material taken[3];
+        pt_measured measured = { 0 };
+        if (trial % 50 == 0) measured = pt_add_measured(s, &(pt_measured_desc){ .values = cells, .cells_h = 2, .cells_d = 2, .cells_p = 1 });
         test_case("trial %ld", trial);
         for (done = 0; done < 2;) {
             pt_texture_desc t = any_picture(&rng);
@@ -776,7 +781,7 @@ static void numbers_of_all_kinds(void) {
             done += !was_refused(s, names, n, &refused);
         }
         while (materials < 3) {
-            pt_material_desc m = any_material(&rng, materials);
+            pt_material_desc m = any_material(&rng, materials, measured);
             n = spoil(&rng, material_fields, COUNT(material_fields), &m, names, textures, materials);
             if (m.bsdf == PT_BSDF_USER) continue;
             if (pti_largest(m.emission) > 1e6f && pti_largest(m.emission) <= 1e12f) continue;       /* textures might make it too bright */
