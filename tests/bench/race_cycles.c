@@ -1,8 +1,9 @@
-/* A race with Blender's Cycles: efficiency (efficiency.h says what that is) on three scenes that both render, each against a
-   reference of its own. race_cycles.sh runs this and race_cycles.py by turns, and says how.
-     race_cycles render OUT SIZE SPP REFERENCE SEED SCENE   to OUT/SCENE_pt.h_SEED.pfm, and a row to OUT/seconds.csv; SEED 0
-                                                            makes the reference
-     race_cycles table OUT SIZE SPP REFERENCE [wall]        of all that is in OUT/seconds.csv; processor seconds, or wall's */
+/* A race with Blender's Cycles: efficiency (efficiency.h says what that is) on three scenes that both render, each against
+   a reference of its own. race_cycles.sh runs this and race_cycles.py by turns, and says how.
+     race_cycles render OUT SIZE SPP REFERENCE SEED SCENE   to OUT/SCENE_pt.h_SEED.pfm, and a row to OUT/seconds.csv;
+                                                            SEED 0 makes the reference
+     race_cycles table OUT SIZE SPP REFERENCE [wall]        of all that is in OUT/seconds.csv; the processor's seconds, or
+                                                            the clock's */
 #define PT_IMPLEMENTATION
 #include "../../pt.h"
 #include "efficiency.h"
@@ -72,30 +73,41 @@ static double mean_of(const float *rgb, size_t n) {
     for (i = 0; i < n; i++) sum += (double)rgb[i];
     return sum / (double)n;
 }
-/* One side's rounds of a scene: relMSE and seconds, their means over rounds. The reference is the caller's to free. */
-static float *results(const race *g, const char *name, int side, efficiency *e) {
+typedef struct result { double error, spread, seconds; } result;    /* relMSE, and its standard error relative to it */
+/* One side's means over its rounds of a scene. Where rare paths are bright, few rounds say little, which the spread shows
+   (but for one round). The reference is the caller's to free. */
+static float *results(const race *g, const char *name, int side, result *e) {
     char path[1024], line[256], a[64], b[64];
     float *r, *x;
-    double cpu, wall;
+    double cpu, wall, error, squares = 0;
     int seed, rounds = 0;
     FILE *f;
     memset(e, 0, sizeof *e);
-    snprintf(path, sizeof path, "out/reference/%s%s_%dx%d_%d.pfm", name, side ? "_cycles" : "", g->size, g->size, g->reference);
+    snprintf(path, sizeof path, "out/reference/%s%s_%dx%d_%d.pfm", name, side ? "_cycles" : "", g->size, g->size,
+             g->reference);
     r = picture(g, path);
     snprintf(path, sizeof path, "%s/seconds.csv", g->out);
     f = r ? fopen(path, "r") : NULL;
     while (f && fgets(line, sizeof line, f)) {
-        if (sscanf(line, "%63[^,],%63[^,],%d,%lf,%lf", a, b, &seed, &cpu, &wall) != 5 || strcmp(a, name) || strcmp(b, sides[side])) continue;
+        if (sscanf(line, "%63[^,],%63[^,],%d,%lf,%lf", a, b, &seed, &cpu, &wall) != 5) continue;
+        if (strcmp(a, name) || strcmp(b, sides[side])) continue;
         snprintf(path, sizeof path, "%s/%s_%s_%d.pfm", g->out, name, sides[side], seed);
         x = picture(g, path);
         if (!x) continue;
-        e->error += relative_error(x, r, numbers(g));
+        error = relative_error(x, r, numbers(g));
+        e->error += error;
+        squares += error * error;
         e->seconds += g->wall ? wall : cpu;
         rounds++;
         free(x);
     }
     if (f) fclose(f);
-    if (rounds) { e->error /= rounds; e->seconds /= rounds; return r; }
+    if (rounds) {
+        e->error /= rounds;
+        e->seconds /= rounds;
+        if (rounds > 1) e->spread = sqrt(fmax(0, squares / rounds - e->error * e->error) / (rounds - 1)) / e->error;
+        return r;
+    }
     free(r);
     return NULL;
 }
@@ -117,18 +129,18 @@ static void write_pictures(const race *g, const char *name, const float *ours, c
 static int table(const race *g) {
     double logs = 0;
     int k, n = 0;
-    printf("%d x %d pixels, %d samples, %d threads; seconds of the %s; references of %d samples\n", g->size, g->size, g->spp, THREADS,
-           g->wall ? "clock" : "processor", g->reference);
-    printf("%-13s | %8s %9s %10s | %8s %9s %10s | %6s | %s\n", "", "pt.h", "relMSE", "efficiency", "Cycles", "relMSE", "efficiency",
-           "ratio", "means differ");
+    printf("%d x %d pixels, %d samples, %d threads; seconds of the %s; references of %d samples\n", g->size, g->size, g->spp,
+           THREADS, g->wall ? "clock" : "processor", g->reference);
+    printf("%-12s | %8s %14s %10s | %8s %14s %10s | %6s | %s\n", "", "pt.h", "relMSE", "efficiency", "Cycles", "relMSE",
+           "efficiency", "ratio", "means differ");
     for (k = 0; k < SCENES; k++) {
-        efficiency a, b;
+        result a, b;
         float *ours = results(g, names[k], 0, &a), *theirs = results(g, names[k], 1, &b);
         if (ours && theirs) {
             double x = 1 / (a.error * a.seconds), y = 1 / (b.error * b.seconds);
             double difference = mean_of(ours, numbers(g)) / mean_of(theirs, numbers(g)) - 1;
-            printf("%-13s | %7.2fs %9.2e %10.3g | %7.2fs %9.2e %10.3g | %6.2f | %+.2f %%\n", names[k], a.seconds, a.error, x, b.seconds,
-                   b.error, y, x / y, 100 * difference);
+            printf("%-12s | %7.2fs %8.2e+-%2.0f%% %10.3g | %7.2fs %8.2e+-%2.0f%% %10.3g | %6.2f | %+.2f %%\n", names[k],
+                   a.seconds, a.error, 100 * a.spread, x, b.seconds, b.error, 100 * b.spread, y, x / y, 100 * difference);
             write_pictures(g, names[k], ours, theirs);
             logs += log(x / y);
             n++;
@@ -152,6 +164,9 @@ int main(int argc, char **argv) {
         g.wall = !rendering && argc == 7;
         fine = g.size > 0 && g.spp > 0 && g.reference > 0 && g.seed >= 0;
     }
-    if (!fine) { printf("usage: race_cycles render OUT SIZE SPP REFERENCE SEED SCENE | table OUT SIZE SPP REFERENCE [wall]\n"); return 1; }
+    if (!fine) {
+        printf("usage: race_cycles render OUT SIZE SPP REFERENCE SEED SCENE | table OUT SIZE SPP REFERENCE [wall]\n");
+        return 1;
+    }
     return rendering ? !render(&g, argv[7]) : !table(&g);
 }

@@ -164,8 +164,8 @@ def make(name, size):
     c.caustics_reflective = c.caustics_refractive = True
     c.min_light_bounces = 0                              # roulette as it likes
     c.pixel_filter_type = "BOX"                          # one pixel wide
-    c.sampling_pattern = os.environ.get("PATTERN", "SOBOL")
-    c.debug_bvh_type = os.environ.get("BVH", "STATIC_BVH")
+    c.sampling_pattern = "SOBOL"
+    c.debug_bvh_type = "STATIC_BVH"
     r.resolution_x = r.resolution_y = size
     r.resolution_percentage = 100
     r.film_transparent = r.use_compositing = r.use_sequencer = False
