@@ -4,7 +4,7 @@
 # Two threads each. Seconds are the processor's, which other work on the machine disturbs little; with --wall, the clock's.
 # The goal's own setting, on a machine with nothing else to do: --size 512 --wall. Its references take some three hours, but
 # once: they stay in out/reference.
-size=128 spp=64 reference=8192 rounds=3 wall= scenes=
+size=128 spp=64 reference=8192 rounds=8 wall= scenes=
 usage() { sed -n '3,7s/^# *//p' "$0"; exit "$1"; }
 while [ $# -gt 0 ]; do
     case $1 in
