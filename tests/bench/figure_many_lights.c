@@ -61,10 +61,10 @@ static void place(pt_rng *rng, pt_vec3 *p, pt_vec3 *n) {
         off = side * (BLOCK / 2 - 1.2f * pt_rng_float(rng));
         *p = turned ? pt_v3(x + along, 1 + 2.5f * height, z + off) : pt_v3(x + off, 1 + 2.5f * height, z + along);
         *n = unit(0.5f * (pt_rng_float(rng) - 0.5f), -1, 0.5f * (pt_rng_float(rng) - 0.5f));
-    } else if (kind < 0.9f) {                            /* before a wall, which is 5 m wide */
+    } else if (kind < 0.9f) {                            /* before a wall, 5 m wide, well below the roof */
         off = side * (2.5f + 0.3f);
         along *= 5 / BLOCK;
-        *p = turned ? pt_v3(x + along, 0.3f + h * height, z + off) : pt_v3(x + off, 0.3f + h * height, z + along);
+        *p = turned ? pt_v3(x + along, 0.3f + (h - 1.2f) * height, z + off) : pt_v3(x + off, 0.3f + (h - 1.2f) * height, z + along);
         *n = turned ? unit(0, -0.8f, -side) : unit(-side, -0.8f, 0);
     } else {                                             /* inside */
         *p = pt_v3(x + 4 * (pt_rng_float(rng) - 0.5f), h * (0.1f + 0.8f * height), z + 0.5f * along);

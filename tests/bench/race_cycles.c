@@ -1,0 +1,172 @@
+/* A race with Blender's Cycles: efficiency (efficiency.h says what that is) on three scenes that both render, each against
+   a reference of its own. race_cycles.sh runs this and race_cycles.py by turns, and says how.
+     race_cycles render OUT SIZE SPP REFERENCE SEED SCENE   to OUT/SCENE_pt.h_SEED.pfm, and a row to OUT/seconds.csv;
+                                                            SEED 0 makes the reference
+     race_cycles table OUT SIZE SPP REFERENCE [wall]        of all that is in OUT/seconds.csv; the processor's seconds, or
+                                                            the clock's */
+#define PT_IMPLEMENTATION
+#include "../../pt.h"
+#include "efficiency.h"
+#include "sampling_scenes.h"
+#include <time.h>
+
+enum { THREADS = 2 };
+static const char *const names[] = { "cornell", "bunny_sunset", "metal_bunny" }, *const sides[] = { "pt.h", "cycles" };
+enum { SCENES = sizeof names / sizeof *names };
+
+typedef struct race { const char *out; int size, spp, reference, seed, wall; } race;
+
+static double wall_seconds(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+static size_t numbers(const race *g) { return 3 * (size_t)g->size * (size_t)g->size; }
+
+static int render(const race *g, const char *name) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_render_desc d;
+    char path[1024];
+    float *rgb = NULL;
+    double seconds, wall;
+    FILE *f;
+    int k, fine = 0;
+    memset(&d, 0, sizeof d);
+    d.width = d.height = g->size;
+    d.spp = g->spp;
+    d.seed = (uint64_t)g->seed;
+    d.threads = THREADS;
+    for (k = 0; k < SAMPLING_SCENES; k++) if (!strcmp(name, sampling_scenes[k].name)) sampling_scenes[k].build(s, &d);
+    if (pt_scene_commit(s) != PT_OK) printf("%s: %s\n", name, pt_scene_error(s));
+    else if (g->seed == 0) fine = (rgb = reference(name, s, &d, g->reference)) != NULL;
+    else {
+        wall = wall_seconds();
+        rgb = render_copy(s, &d, NULL, &seconds);
+        wall = wall_seconds() - wall;
+        snprintf(path, sizeof path, "%s/%s_pt.h_%d.pfm", g->out, name, g->seed);
+        fine = rgb && pt_write_pfm(path, rgb, g->size, g->size) == PT_OK;
+        snprintf(path, sizeof path, "%s/seconds.csv", g->out);
+        f = fine ? fopen(path, "a") : NULL;
+        if (f) fprintf(f, "%s,pt.h,%d,%.6f,%.6f\n", name, g->seed, seconds, wall);
+        fine = f && !fclose(f);
+    }
+    free(rgb);
+    pt_scene_destroy(s);
+    return fine;
+}
+
+/* NULL if there is no picture of that size. */
+static float *picture(const race *g, const char *path) {
+    pt_image image;
+    float *rgb = NULL;
+    memset(&image, 0, sizeof image);
+    if (pt_read_image(&image, path) == PT_OK && image.width == g->size && image.height == g->size && image.channels == 3) {
+        rgb = (float *)malloc(numbers(g) * sizeof *rgb);
+        memcpy(rgb, image.pixels, numbers(g) * sizeof *rgb);
+    } else printf("%s: no picture of %d x %d\n", path, g->size, g->size);
+    pt_image_free(&image);
+    return rgb;
+}
+static double mean_of(const float *rgb, size_t n) {
+    double sum = 0;
+    size_t i;
+    for (i = 0; i < n; i++) sum += (double)rgb[i];
+    return sum / (double)n;
+}
+typedef struct result { double error, spread, seconds; } result;    /* relMSE, and its standard error relative to it */
+/* One side's means over its rounds of a scene. Where rare paths are bright, few rounds say little, which the spread shows
+   (but for one round). The reference is the caller's to free. */
+static float *results(const race *g, const char *name, int side, result *e) {
+    char path[1024], line[256], a[64], b[64];
+    float *r, *x;
+    double cpu, wall, error, squares = 0;
+    int seed, rounds = 0;
+    FILE *f;
+    memset(e, 0, sizeof *e);
+    snprintf(path, sizeof path, "out/reference/%s%s_%dx%d_%d.pfm", name, side ? "_cycles" : "", g->size, g->size,
+             g->reference);
+    r = picture(g, path);
+    snprintf(path, sizeof path, "%s/seconds.csv", g->out);
+    f = r ? fopen(path, "r") : NULL;
+    while (f && fgets(line, sizeof line, f)) {
+        if (sscanf(line, "%63[^,],%63[^,],%d,%lf,%lf", a, b, &seed, &cpu, &wall) != 5) continue;
+        if (strcmp(a, name) || strcmp(b, sides[side])) continue;
+        snprintf(path, sizeof path, "%s/%s_%s_%d.pfm", g->out, name, sides[side], seed);
+        x = picture(g, path);
+        if (!x) continue;
+        error = relative_error(x, r, numbers(g));
+        e->error += error;
+        squares += error * error;
+        e->seconds += g->wall ? wall : cpu;
+        rounds++;
+        free(x);
+    }
+    if (f) fclose(f);
+    if (rounds) {
+        e->error /= rounds;
+        e->seconds /= rounds;
+        if (rounds > 1) e->spread = sqrt(fmax(0, squares / rounds - e->error * e->error) / (rounds - 1)) / e->error;
+        return r;
+    }
+    free(r);
+    return NULL;
+}
+/* Ours, Cycles', and four times how they differ, about grey. */
+static void write_pictures(const race *g, const char *name, const float *ours, const float *theirs) {
+    size_t row = 3 * (size_t)g->size, y, i;
+    float *all = (float *)malloc(3 * numbers(g) * sizeof *all);
+    char path[1024];
+    for (y = 0; y < (size_t)g->size; y++) for (i = 0; i < row; i++) {
+        float a = ours[y * row + i], b = theirs[y * row + i];
+        all[3 * y * row + i] = a;
+        all[(3 * y + 1) * row + i] = b;
+        all[(3 * y + 2) * row + i] = .2f * (1 + 4 * (a - b) / (.1f + b));
+    }
+    snprintf(path, sizeof path, "%s/%s.png", g->out, name);
+    if (pt_write_png(path, all, 3 * g->size, g->size, NULL) != PT_OK) printf("%s: cannot write it\n", path);
+    free(all);
+}
+static int table(const race *g) {
+    double logs = 0;
+    int k, n = 0;
+    printf("%d x %d pixels, %d samples, %d threads; seconds of the %s; references of %d samples\n", g->size, g->size, g->spp,
+           THREADS, g->wall ? "clock" : "processor", g->reference);
+    printf("%-12s | %8s %14s %10s | %8s %14s %10s | %6s | %s\n", "", "pt.h", "relMSE", "efficiency", "Cycles", "relMSE",
+           "efficiency", "ratio", "means differ");
+    for (k = 0; k < SCENES; k++) {
+        result a, b;
+        float *ours = results(g, names[k], 0, &a), *theirs = results(g, names[k], 1, &b);
+        if (ours && theirs) {
+            double x = 1 / (a.error * a.seconds), y = 1 / (b.error * b.seconds);
+            double difference = mean_of(ours, numbers(g)) / mean_of(theirs, numbers(g)) - 1;
+            printf("%-12s | %7.2fs %8.2e+-%2.0f%% %10.3g | %7.2fs %8.2e+-%2.0f%% %10.3g | %6.2f | %+.2f %%\n", names[k],
+                   a.seconds, a.error, 100 * a.spread, x, b.seconds, b.error, 100 * b.spread, y, x / y, 100 * difference);
+            write_pictures(g, names[k], ours, theirs);
+            logs += log(x / y);
+            n++;
+        }
+        free(ours);
+        free(theirs);
+    }
+    if (n) printf("geometric mean of the ratios: %.2f\n", exp(logs / n));
+    return n > 0;
+}
+
+int main(int argc, char **argv) {
+    race g = { 0 };
+    int rendering = argc == 8 && !strcmp(argv[1], "render"), fine = 0;
+    if (rendering || ((argc == 6 || argc == 7) && !strcmp(argv[1], "table"))) {
+        g.out = argv[2];
+        g.size = atoi(argv[3]);
+        g.spp = atoi(argv[4]);
+        g.reference = atoi(argv[5]);
+        g.seed = rendering ? atoi(argv[6]) : 0;
+        g.wall = !rendering && argc == 7;
+        fine = g.size > 0 && g.spp > 0 && g.reference > 0 && g.seed >= 0;
+    }
+    if (!fine) {
+        printf("usage: race_cycles render OUT SIZE SPP REFERENCE SEED SCENE | table OUT SIZE SPP REFERENCE [wall]\n");
+        return 1;
+    }
+    return rendering ? !render(&g, argv[7]) : !table(&g);
+}
