@@ -6213,15 +6213,67 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     mix.bsdf *= 1 - mix.users;
     return mix;
 }
+/* Nobody knows beforehand what a part will bring: lamps hide, the sky is behind a roof. So some thousand paths go ahead of the
+   picture (see >>render) and look. The second moment of what a vertex sends on, v = f L |cos| / p, has the derivatives
+       dM/dw_i = -E[v^2 p_i / p] = -G_i,
+   and where it is least for shares whose sum is 1, all G_i are equal. The step
+       w_i  <-  w_i sqrt(G_i) / sum,
+   stands still just there, and gets there at once where no direction is drawn by two parts. Since few paths see much, each
+   part keeps some of its share. Shares are learned in cells: a hash of the place, in cubes a quarter of the distance to the
+   camera wide, of the main direction of the normal, and the material. Two that share a cell share weights: no harm. */
+#define PTI_SHARE_CELLS 4096
+#define PTI_SHARE_PRIOR 4                                /* as many records say that all is well as it is */
+#define PTI_SHARE_TRAIL 16                               /* vertices of a path that are remembered */
+enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PARTS };
+typedef struct pti_share { float part[PTI_PARTS]; } pti_share;           /* all 0: nobody was here */
+/* Of records; of the shares that they found, and of v^2 p_i / p. */
+typedef struct pti_share_sums { double count, share[PTI_PARTS], part[PTI_PARTS]; } pti_share_sums;
+typedef struct pti_shares {
+    pt_vec3 eye;
+    pti_share *cells;
+    pti_share_sums *sums;                                /* NULL but while it learns */
+} pti_shares;
+typedef struct pti_share_record { uint32_t cell; pt_vec3 L, beta; float share[PTI_PARTS], part[PTI_PARTS]; } pti_share_record;
+typedef struct pti_share_trail { int count; pti_share_record records[PTI_SHARE_TRAIL]; } pti_share_trail;
+
+/* 2^k / 4, with 2^k the power of two below x; exact, and so are quotients by it. */
+static float pti_share_size(float x) {
+    uint32_t bits;
+    x = pti_clamp(x, 1e-30f, 1e30f);
+    memcpy(&bits, &x, sizeof bits);
+    bits &= 0x7f800000u;
+    memcpy(&x, &bits, sizeof x);
+    return x * 0.25f;
+}
+static uint32_t pti_share_coordinate(float x) { return (uint32_t)(int32_t)floorf(pti_clamp(x, -1e9f, 1e9f)); }
+static uint32_t pti_share_cell(const pti_shares *s, const pt_vertex *x) {
+    float size = pti_share_size(pti_length(pti_sub(x->p, s->eye))), ax = fabsf(x->ns.x), ay = fabsf(x->ns.y), az = fabsf(x->ns.z);
+    uint32_t face = ax > ay && ax > az ? x->ns.x > 0 : ay > az ? 2 + (x->ns.y > 0) : 4 + (x->ns.z > 0), h;
+    h = pti_hash2(x->material.id, pti_dot(x->ng, x->wo) < 0 ? face + 6 : face);
+    h = pti_hash2(pti_share_coordinate(x->p.x / size), h);
+    h = pti_hash2(pti_share_coordinate(x->p.y / size), h);
+    return pti_hash2(pti_share_coordinate(x->p.z / size), h) % PTI_SHARE_CELLS;
+}
+static void pti_mixture_learned(pti_mixture *m, const pti_shares *s) {
+    float free_share = 1 - m->users, sum;
+    const float *w = s->cells[pti_share_cell(s, m->x)].part;
+    float lights = m->lights > 0 ? w[PTI_PART_LIGHTS] : 0.0f, environment = m->environment > 0 ? w[PTI_PART_ENVIRONMENT] : 0.0f;
+    sum = w[PTI_PART_BSDF] + lights + environment;
+    if (!(sum > 0)) return;
+    m->lights = free_share * lights / sum;
+    m->environment = free_share * environment / sum;
+    m->bsdf = free_share - m->lights - m->environment;
+}
 /* A path that chose the BSDF again and again weighs up to (albedo / share)^depth, without bound in bright rooms: its second
    moment diverges. So a path whose potential (see >>path: its throughput, deltas left out) has grown above 1 gives the other
    parts w / potential only, and the BSDF the rest. Shares may depend on the path's past. */
-static void pti_mixture_calm(pti_mixture *m, float potential) {
+static float pti_mixture_calm(pti_mixture *m, float potential) {       /* by how much */
     float calm = potential > 1 ? 1 / potential : 1.0f;
     m->lights *= calm;
     m->environment *= calm;
     m->users *= calm;
     m->bsdf = 1 - m->lights - m->environment - m->users;
+    return calm;
 }
 /* What the lights' densities have in it. */
 static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi) {
@@ -6278,6 +6330,8 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     pt_scatter scatter;
     int drawn;
     memset(&scatter, 0, sizeof scatter);
+    step->delta = 0;
+    step->p = 0;
     if (others <= 0 || pti_split(&u, m->bsdf)) {
         drawn = pti_surface_sample(m->surface, u, v, choice[1], &scatter);
         step->wi = scatter.wi;
@@ -6291,7 +6345,6 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     }
     if (!drawn) return 0;
     step->delta = scatter.delta;
-    step->p = 0;
     if (scatter.delta) {
         if (scatter.pdf <= 0 || pti_is_zero3(scatter.f)) return 0;
         step->weight = pti_scale(scatter.f, 1 / (m->bsdf * scatter.pdf));
@@ -6302,6 +6355,66 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     step->p = p;
     step->weight = pti_scale(f, 1 / p);
     return 1;
+}
+
+/* For the shares: where that was, and what each part had to do with wi. L and beta are the path's, before its weight. */
+static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *step, const pti_shares *s, pt_vec3 L,
+                             pt_vec3 beta, pti_share_trail *trail) {
+    pti_share_record *r = trail->records + trail->count;
+    pt_vec3 f;
+    if (trail->count == PTI_SHARE_TRAIL || step->delta || m->bsdf + m->users >= 1) return;
+    trail->count++;
+    r->cell = pti_share_cell(s, m->x);
+    r->L = L;
+    r->beta = beta;
+    r->share[PTI_PART_LIGHTS] = m->lights / calm;
+    r->share[PTI_PART_ENVIRONMENT] = m->environment / calm;
+    r->share[PTI_PART_BSDF] = pti_max(1 - (m->users + m->lights + m->environment) / calm, 0);
+    r->part[PTI_PART_BSDF] = step->p > 0 ? pti_surface_eval(m->surface, step->wi, &f) / step->p : 0.0f;
+    r->part[PTI_PART_LIGHTS] = step->p > 0 && m->lights > 0
+        ? pti_lights_pdf(&m->scene->lights, &m->receiver, step->wi) / step->p : 0.0f;
+    r->part[PTI_PART_ENVIRONMENT] = step->p > 0 && m->environment > 0
+        ? pti_environment_pdf(&m->scene->environment, m->sky, step->wi) / step->p : 0.0f;
+}
+static float pti_share_ratio(float L, float beta) { return L > 0 && beta > 0 ? L / beta : 0.0f; }
+/* A path has ended, with radiance L in all. */
+static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec3 L) {
+    int i, k;
+    if (!pti_finite3(L)) return;
+    for (i = 0; i < trail->count; i++) {
+        const pti_share_record *r = trail->records + i;
+        pti_share_sums *sums = s->sums + r->cell;
+        pt_vec3 d = pti_sub(L, r->L);
+        double v = (double)pti_luminance(pt_v3(pti_share_ratio(d.x, r->beta.x), pti_share_ratio(d.y, r->beta.y),
+                                               pti_share_ratio(d.z, r->beta.z)));
+        sums->count++;
+        for (k = 0; k < PTI_PARTS; k++) {
+            sums->share[k] += (double)r->share[k];
+            sums->part[k] += v * v * (double)r->part[k];
+        }
+    }
+}
+/* The step, for all cells. */
+static void pti_shares_step(pti_shares *s) {
+    static const double least[PTI_PARTS] = { 0.15, 0.05, 0.05 };
+    const double prior = PTI_SHARE_PRIOR;
+    int i, k;
+    for (i = 0; i < PTI_SHARE_CELLS; i++) {
+        const pti_share_sums *sums = s->sums + i;
+        double w[PTI_PARTS], mean = 0, sum = 0;
+        for (k = 0; k < PTI_PARTS; k++) mean += sums->share[k] * sums->part[k] / (sums->count * sums->count + 1e-30);
+        for (k = 0; k < PTI_PARTS; k++) {
+            double g = mean > 0 ? (sums->part[k] / mean + prior) / (sums->count + prior) : 1.0;
+            sum += w[k] = sums->share[k] * sqrt(g);
+        }
+        if (!(sum > 0)) continue;
+        for (mean = 0, k = 0; k < PTI_PARTS; k++) {
+            w[k] = w[k] > 0 ? (w[k] / sum > least[k] ? w[k] / sum : least[k]) : 0.0;
+            mean += w[k];
+        }
+        for (k = 0; k < PTI_PARTS; k++) s->cells[i].part[k] = (float)(w[k] / mean);
+    }
+    memset(s->sums, 0, PTI_SHARE_CELLS * sizeof *s->sums);
 }
 
 /* ---- >>path --------------------------------------------------------------------------------------------
@@ -6319,6 +6432,7 @@ typedef struct pti_tracer {                              /* what all paths of a 
     pt_integrator integrator;
     pt_roulette roulette;
     int max_depth, max_diffuse;
+    const pti_shares *shares;                            /* NULL: none were learned */
 } pti_tracer;
 
 /* Roulette looks at what a path can still bring, its potential: the throughput without the weights of deltas, since behind
@@ -6513,13 +6627,13 @@ static pt_vec3 pti_nee_at(const pti_tracer *t, pti_mixture *m, const pti_sampler
                 : pti_nee_one(t, n, m, sampler, PTI_GROUP_SHADOW | depth, rays);
 }
 
-/* wavelength: 0 where the camera let all of them through. */
+/* wavelength: 0 where the camera let all of them through. trail: NULL but for paths that go ahead. */
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, const pt_ray *start, float wavelength,
-                                 uint64_t *rays) {
+                                 uint64_t *rays, pti_share_trail *trail) {
     const pt_scene *s = t->scene;
     pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, org = start->org, dir = start->dir;
     pti_nee nee;
-    int depth, diffuse = 0;
+    int depth, drawn, diffuse = 0;
     nee.p = 0;
     for (depth = 0; ; depth++) {
         pt_vertex x;
@@ -6528,6 +6642,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         pti_mixture mix;
         pti_step step;
         uint32_t u[2], choice[2] = { 0, 0 };
+        float calm;
         if (!m)
             return pti_madd(pti_mul(beta, pti_environment_radiance(&s->environment, dir)), pti_nee_found(t, &nee, dir), L);
         if (m->disperses && !(wavelength > 0)) wavelength = pti_path_wavelength(t, sampler, &beta);
@@ -6542,8 +6657,11 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         if (!pti_path_goes_on(t, &surface, &beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
         if (t->integrator) L = pti_add(L, pti_mul(beta, pti_nee_at(t, &mix, sampler, (uint32_t)depth, &nee, rays)));
-        pti_mixture_calm(&mix, pti_largest(potential));
-        if (!pti_mixture_sample(&mix, u[0], u[1], choice, &step)) return L;
+        else if (t->shares && mix.bsdf < 1) pti_mixture_learned(&mix, t->shares);
+        calm = pti_mixture_calm(&mix, pti_largest(potential));
+        drawn = pti_mixture_sample(&mix, u[0], u[1], choice, &step);
+        if (trail) pti_mixture_note(&mix, calm, &step, t->shares, L, beta, trail);
+        if (!drawn) return L;
         if (t->max_diffuse) diffuse += pti_step_is_diffuse(&surface, &step, pti_hash2(sampler->index, u[1]));
         if (!(fabsf(pti_dot(step.wi, step.wi) - 1) < 1e-3f) || !pti_finite3(step.weight))
             return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
@@ -6872,8 +6990,10 @@ struct pt_render {
     uint32_t seed, strata_x, strata_y;
     uint32_t aim;                                        /* samples a pixel */
     int tiles_x, tiles_y, tile_count, next_tile, tiles_done, inside, cancelled;   /* inside: how many tiles are busy */
-    int has_lock, has_progress_lock;
-    pti_mutex lock, progress_lock;                       /* the second is taken first */
+    pti_shares shares;
+    int learned;                                         /* the shares are */
+    int has_lock, has_progress_lock, has_learn_lock;
+    pti_mutex lock, progress_lock, learn_lock;           /* the others are taken first */
     pti_pixel *film;
     float *pixels;
     unsigned char *busy;                                 /* a tile: somebody is in it */
@@ -6890,6 +7010,9 @@ PT_DEF void pt_render_destroy(pt_render *r) {
     n = (size_t)r->width * (size_t)r->height;
     if (r->has_lock) pti_mutex_free(&r->lock);
     if (r->has_progress_lock) pti_mutex_free(&r->progress_lock);
+    if (r->has_learn_lock) pti_mutex_free(&r->learn_lock);
+    pti_free(&a, r->shares.cells, PTI_SHARE_CELLS, sizeof *r->shares.cells);
+    pti_free(&a, r->shares.sums, PTI_SHARE_CELLS, sizeof *r->shares.sums);
     pti_free(&a, r->film, n, sizeof *r->film);
     pti_free(&a, r->pixels, n, 3 * sizeof *r->pixels);
     pti_free(&a, r->busy, (size_t)r->tile_count, 1);
@@ -7000,6 +7123,12 @@ static int pti_check_render(pt_render *r, int *isa) {
         && pti_check_float(r, w->environment >= 0 && w->environment <= 1e6f, w->environment,
                            "weights.environment must be finite and >= 0");
 }
+static int pti_render_learns(const pt_render *r) {       /* is there anything to share? */
+    const pt_weights *w = &r->desc.weights;
+    int automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
+    return automatic && r->desc.integrator == PT_INTEGRATOR_MIXTURE
+        && (r->scene->lights.count > 0 || r->scene->environment.irradiance);
+}
 static int pti_render_allocate(pt_render *r) {
     size_t n = (size_t)r->desc.crop_width * (size_t)r->desc.crop_height;
     const pt_allocator *a = &r->allocator;
@@ -7016,7 +7145,15 @@ static int pti_render_allocate(pt_render *r) {
     r->threads = (pti_thread *)pti_alloc(a, (size_t)r->thread_count, sizeof *r->threads);
     r->has_lock = pti_mutex_init(&r->lock);
     r->has_progress_lock = pti_mutex_init(&r->progress_lock);
-    return r->film && r->pixels && r->busy && r->threads && r->has_lock && r->has_progress_lock;
+    r->has_learn_lock = pti_mutex_init(&r->learn_lock);
+    if (pti_render_learns(r)) {
+        r->shares.cells = (pti_share *)pti_alloc(a, PTI_SHARE_CELLS, sizeof *r->shares.cells);
+        r->shares.sums = (pti_share_sums *)pti_alloc(a, PTI_SHARE_CELLS, sizeof *r->shares.sums);
+        if (!r->shares.cells || !r->shares.sums) return 0;
+        r->shares.eye = r->desc.camera.eye;
+        r->tracer.shares = &r->shares;
+    }
+    return r->film && r->pixels && r->busy && r->threads && r->has_lock && r->has_progress_lock && r->has_learn_lock;
 }
 /* Cells of the stratified sampler: as square as can be, and at least spp of them. */
 static void pti_render_strata(pt_render *r) {
@@ -7072,43 +7209,43 @@ PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
     return r;
 }
 
+/* The ray of a sample at (at->x, at->y), and what it brings. */
+static pt_vec3 pti_render_sample(pt_render *r, const pti_sampler *sampler, pti_lens_point *at, pt_stats *stats,
+                                 pti_share_trail *trail) {
+    int exposes = r->desc.camera.shutter_close > r->desc.camera.shutter_open;
+    uint32_t v[2] = { 0, 0 }, t[2] = { 0, 0 };
+    pt_vec3 c, color = pt_v3(1, 1, 1);
+    float seen;
+    pt_ray ray;
+    if (r->lens.aperture > 0) pti_draw2(sampler, 0, 1, v);
+    if (exposes) pti_draw2(sampler, PTI_GROUP_SHUTTER, 0, t);
+    at->u = pti_u01(v[0]); at->v = pti_u01(v[1]);
+    at->shutter = pti_u01(t[0]);
+    at->wavelength = r->lens.camera.aberration != 0 ? pti_path_wavelength(&r->tracer, sampler, &color) : 0.0f;
+    seen = pti_lens_ray(&r->lens, at, &ray);
+    if (!(seen > 0)) return pt_v3(0, 0, 0);
+    stats->paths++;
+    c = pti_path_radiance(&r->tracer, sampler, &ray, at->wavelength, &stats->rays, trail);
+    if (trail) pti_shares_learn(&r->shares, trail, c);
+    return pti_mul(c, pti_scale(color, seen));
+}
 /* x and y: in the full picture, which alone the numbers depend on. */
 static void pti_render_pixel(pt_render *r, pti_pixel *p, int x, int y, pt_stats *stats) {
-    int exposes = r->desc.camera.shutter_close > r->desc.camera.shutter_open;
     pti_sampler sampler;
     sampler.kind = r->desc.sampler;
     sampler.pixel_seed = pti_hash2((uint32_t)x, pti_hash2((uint32_t)y, r->seed));
     sampler.strata_x = r->strata_x;
     sampler.strata_y = r->strata_y;
     while (p->count < r->aim) {
-        uint32_t u[2], v[2] = { 0, 0 }, t[2] = { 0, 0 };
-        float weight = r->filter.weight, seen;
+        uint32_t u[2];
+        float weight = r->filter.weight;
         pti_lens_point at;
-        pt_vec3 c = pt_v3(0, 0, 0), color = pt_v3(1, 1, 1);
-        pt_ray ray;
         pti_sampler_start(&sampler, (uint32_t)r->desc.first_sample + p->count);
         pti_draw2(&sampler, 0, 0, u);
-        if (r->lens.aperture > 0) pti_draw2(&sampler, 0, 1, v);
-        if (exposes) pti_draw2(&sampler, PTI_GROUP_SHUTTER, 0, t);
         at.x = ((float)x + (0.5f + pti_filter_sample(&r->filter, pti_u01(u[0]), &weight))) / (float)r->desc.width;
         at.y = ((float)y + (0.5f + pti_filter_sample(&r->filter, pti_u01(u[1]), &weight))) / (float)r->desc.height;
-        at.u = pti_u01(v[0]); at.v = pti_u01(v[1]);
-        at.shutter = pti_u01(t[0]);
-        at.wavelength = r->lens.camera.aberration != 0 ? pti_path_wavelength(&r->tracer, &sampler, &color) : 0.0f;
-        seen = pti_lens_ray(&r->lens, &at, &ray);
-        if (seen > 0) {
-            stats->paths++;
-            c = pti_path_radiance(&r->tracer, &sampler, &ray, at.wavelength, &stats->rays);
-            c = pti_mul(c, pti_scale(color, seen));
-        }
-        if (!pti_pixel_add(p, c, weight)) stats->discarded++;
+        if (!pti_pixel_add(p, pti_render_sample(r, &sampler, &at, stats, NULL), weight)) stats->discarded++;
     }
-}
-static void pti_tile_rect(const pt_render *r, int tile, int *x0, int *y0, int *x1, int *y1) {        /* of the film */
-    *x0 = tile % r->tiles_x * r->desc.tile;
-    *y0 = tile / r->tiles_x * r->desc.tile;
-    *x1 = r->width - *x0 < r->desc.tile ? r->width : *x0 + r->desc.tile;
-    *y1 = r->height - *y0 < r->desc.tile ? r->height : *y0 + r->desc.tile;
 }
 static int pti_is_cancelled(pt_render *r) {
     int c;
@@ -7116,6 +7253,52 @@ static int pti_is_cancelled(pt_render *r) {
     c = r->cancelled;
     pti_unlock(&r->lock);
     return c;
+}
+/* Paths that go ahead, all over the picture as if it were one pixel, so that the mixture learns its shares; in two passes, the
+   second with what the first has learned. One thread does it while the others wait: it takes hundredths of a second. What
+   they carry is thrown away. Their number depends on nothing but the picture's size. 0: cancelled. */
+#define PTI_AHEAD 32768
+#define PTI_AHEAD_SEED 0x0a4eadu
+static int pti_render_ahead(pt_render *r) {
+    double pixels = (double)r->desc.width * (double)r->desc.height;
+    uint32_t n = 2 * pixels < PTI_AHEAD ? 2 * (uint32_t)pixels : PTI_AHEAD, i;
+    pti_sampler sampler;
+    pt_stats stats = { 0, 0, 0, 0 };
+    memset(r->shares.cells, 0, PTI_SHARE_CELLS * sizeof *r->shares.cells);
+    memset(r->shares.sums, 0, PTI_SHARE_CELLS * sizeof *r->shares.sums);
+    sampler.kind = PT_SAMPLER_SOBOL;
+    sampler.pixel_seed = pti_hash2(r->seed, PTI_AHEAD_SEED);
+    for (i = 0; i < 2 * n; i++) {
+        uint32_t u[2];
+        pti_lens_point at;
+        pti_share_trail trail;
+        trail.count = 0;
+        if (i % 64 == 0 && pti_is_cancelled(r)) return 0;
+        pti_sampler_start(&sampler, i);
+        pti_draw2(&sampler, 0, 0, u);
+        at.x = pti_u01(u[0]); at.y = pti_u01(u[1]);
+        pti_render_sample(r, &sampler, &at, &stats, &trail);
+        if (i + 1 == n || i + 1 == 2 * n) pti_shares_step(&r->shares);
+    }
+    return 1;
+}
+static void pti_tile_rect(const pt_render *r, int tile, int *x0, int *y0, int *x1, int *y1) {        /* of the film */
+    *x0 = tile % r->tiles_x * r->desc.tile;
+    *y0 = tile / r->tiles_x * r->desc.tile;
+    *x1 = r->width - *x0 < r->desc.tile ? r->width : *x0 + r->desc.tile;
+    *y1 = r->height - *y0 < r->desc.tile ? r->height : *y0 + r->desc.tile;
+}
+static int pti_render_learn(pt_render *r) {              /* 0: cancelled */
+    int learned = 1;
+    if (!r->shares.cells) return 1;
+    pti_lock(&r->learn_lock);
+    if (!r->learned) {
+        pti_fpmode mode = pti_fpmode_enter();
+        r->learned = learned = pti_render_ahead(r);
+        pti_fpmode_leave(mode);
+    }
+    pti_unlock(&r->learn_lock);
+    return learned;
 }
 /* 0 if it was cancelled on the way, which is looked for at every row. */
 static int pti_render_tile(pt_render *r, int tile, pt_stats *stats) {
@@ -7159,7 +7342,7 @@ PT_DEF pt_result pt_render_work(pt_render *r) {
     finished = !r->cancelled;
     pti_unlock(&r->lock);
     if (tile < 0) return finished ? PT_OK : PT_CANCELLED;
-    finished = pti_render_tile(r, tile, &stats);
+    finished = pti_render_learn(r) && pti_render_tile(r, tile, &stats);
     pti_lock(&r->lock);
     r->busy[tile] = 0;
     r->inside--;

@@ -216,6 +216,7 @@ static void pixels_are_boxes(void) {
         f.n = -1;
         pt_add_light(s, &(pt_light_desc){ .radiance = seen, .user = &f });
         d.sampler = kinds[k];
+        d.weights.bsdf = 1;                              /* so that no paths go ahead */
         if (commit(s)) {
             stats_moments m;
             f.n = 0; f.width = 1; f.x0 = f.y0 = 9; f.x1 = f.y1 = -9;

@@ -532,7 +532,7 @@ static void every_allocation_fails(void) {
         if (!CHECK(c.bad == 0)) break;
     }
     pt_scene_destroy(inner);
-    CHECK(no_scene == 2 && scene_errors > 50 && no_render == 5 && fine == 1 && total > 60);
+    CHECK(no_scene == 2 && scene_errors > 50 && no_render == 7 && fine == 1 && total > 60);
 }
 /* The tables of albedos, which are made at commit: by themselves, since each takes long. */
 typedef struct table_counter { counter all; long tables, fail_at; } table_counter;
@@ -593,7 +593,7 @@ static void *arena_alloc(void *user, size_t size, size_t align) {
 }
 static void arena_free(void *user, void *ptr, size_t size) { (void)ptr; (void)size; ((arena *)user)->frees++; }
 static void arena_allocator(void) {
-    arena a = { NULL, 0, 1 << 20, 0 };
+    arena a = { NULL, 0, 1 << 22, 0 };
     pt_scene_desc d = { { arena_alloc, arena_free, NULL }, { NULL, NULL } };
     pt_scene *s, *inner;
     pt_render *r;
