@@ -290,6 +290,56 @@ static void shares_of_densities(void) {
     }
 }
 
+/* ---- shares that are learned ---- */
+
+/* Two parts that never draw the same direction: the best shares are as the roots of their second moments, and one step finds
+   them from anywhere (but for the prior). Where nothing was found, and where nobody was, nothing changes. */
+static void shares_step_to_the_best(void) {
+    static pti_share cells[PTI_SHARE_CELLS];
+    static pti_share_sums sums[PTI_SHARE_CELLS];
+    pti_shares s = { { 0, 0, 0 }, cells, sums };
+    const double w[3] = { 0.3, 0.7, 0 }, moment[2] = { 4, 1 }, n = 1e6;        /* moment: of f L / p_i */
+    int k;
+    memset(cells, 0, sizeof cells);
+    memset(sums, 0, sizeof sums);
+    sums[5].count = sums[6].count = n;
+    for (k = 0; k < 3; k++) sums[5].share[k] = sums[6].share[k] = n * w[k];
+    for (k = 0; k < 2; k++) sums[5].part[k] = n * w[k] * moment[k] / (w[k] * w[k]) / w[k];        /* P(i) v^2 p_i / p */
+    pti_shares_step(&s);
+    CHECK_NEAR(cells[5].part[0], 2 / 3.0, 1e-4);
+    CHECK_NEAR(cells[5].part[1], 1 / 3.0, 1e-4);
+    CHECK(cells[5].part[2] == 0);
+    CHECK_NEAR(cells[6].part[0], 0.3, 1e-6);
+    CHECK(cells[7].part[0] == 0 && sums[5].count == 0);
+    sums[5].count = n;                                   /* all from the lights: the BSDF keeps its least */
+    sums[5].share[0] = sums[5].share[1] = sums[5].share[2] = n / 3;
+    sums[5].part[1] = n;
+    pti_shares_step(&s);
+    CHECK(cells[5].part[0] >= 0.12 && cells[5].part[0] < 0.16 && cells[5].part[2] > 0.03 && cells[5].part[2] < 0.06);
+}
+/* A lamp in a closed box is drawn in vain, one in the open is not: after the paths that go ahead, shares on the floor say so. */
+static void hidden_lamps_lose_their_share(void) {
+    int hidden;
+    for (hidden = 0; hidden < 2; hidden++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(0, 4, 4), pt_v3(0, 0, 0), 30, 64, 1);
+        pt_render *r;
+        double lights = 0;
+        int i, n = 0;
+        floor_of(s, 3, diffuse(s, 0.5f));
+        pt_add_sphere(s, pt_v3(0, 4, 0), 0.2f, lamp(s, 100, 0));
+        if (hidden) pt_add_box(s, pt_v3(-0.5f, 3.5f, -0.5f), pt_v3(0.5f, 4.5f, 0.5f), NULL, diffuse(s, 0));
+        sky(s, 1);
+        r = commit(s) ? pt_render_create(s, &d) : NULL;
+        if (!CHECK(pt_render_run(r) == PT_OK)) return;
+        for (i = 0; i < PTI_SHARE_CELLS; i++) if (r->shares.cells[i].part[0] > 0) { lights += r->shares.cells[i].part[1]; n++; }
+        test_case("%s: %.3f in %d cells", hidden ? "hidden" : "in the open", lights / n, n);
+        if (CHECK(n > 4)) CHECK(hidden ? lights / n < 0.1 : lights / n > 0.3);
+        pt_render_destroy(r);
+        pt_scene_destroy(s);
+    }
+}
+
 /* ---- agreement: no weights change the mean of a picture ---- */
 
 static void agreement(const char *name, scene_builder *build, scene_builder *plain) {
@@ -374,6 +424,7 @@ static void halves_agree(void) {
 void test_mixture(void) {
     RUN(density_of_everything); RUN(density_less_what_is_lost); RUN(weights_of_steps);
     RUN(shares_that_are_set); RUN(shares_that_are_automatic); RUN(lights_nearby_weigh_more); RUN(shares_of_densities);
+    RUN(shares_step_to_the_best); RUN(hidden_lamps_lose_their_share);
     RUN(agrees_in_cornell_box); RUN(agrees_by_the_wall); RUN(agrees_on_hidden_lights); RUN(agrees_on_a_mesh_light);
     RUN(agrees_under_the_sun); RUN(agrees_on_mirror_and_glass); RUN(agrees_on_instances); RUN(agrees_in_a_closed_room);
     RUN(agrees_with_densities); RUN(agrees_through_a_lens); RUN(agrees_in_a_white_room);

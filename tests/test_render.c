@@ -310,6 +310,39 @@ static void cancelled_and_taken_up_again(void) {
 #ifndef PT_NO_THREADS
 /* ---- with threads of the host's ---- */
 
+/* The sky's callback cancels while paths go ahead of the picture; they start again, and the picture is as it would have been. */
+static struct { pt_render *r; int calls; } stopper;
+static pt_vec3 stopping_sky(void *user, pt_vec3 d) {
+    (void)user;
+    if (stopper.r && ++stopper.calls == 300) pt_render_cancel(stopper.r);
+    return pt_v3(d.x > 0.8f ? 5.0f : 0.5f, 1, 1);
+}
+static void cancelled_while_it_learns(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_render_desc d = desc();
+    float p[2][3 * 16 * 16];
+    int k;
+    d.width = d.height = 16; d.threads = 1;
+    pt_add_box(s, pt_v3(-1, 0, -1), pt_v3(1, 1, 1), NULL, pt_add_material(s, &(pt_material_desc){ .color = { .5f, .5f, .5f } }));
+    pt_add_light(s, &(pt_light_desc){ .radiance = stopping_sky });
+    if (!CHECK(pt_scene_commit(s) == PT_OK)) return;
+    for (k = 0; k < 2; k++) {
+        pt_render *r = pt_render_create(s, &d);
+        stopper.r = k ? r : NULL;
+        stopper.calls = 0;
+        if (k) {
+            CHECK_EQ_INT(pt_render_run(r), PT_CANCELLED);
+            CHECK_EQ_INT(pt_render_stats(r).paths, 0);   /* so that was before the picture */
+            CHECK_EQ_INT(pt_render_add_samples(r, 0), PT_OK);
+        }
+        CHECK_EQ_INT(pt_render_run(r), PT_OK);
+        memcpy(p[k], pt_render_pixels(r), sizeof p[k]);
+        stopper.r = NULL;
+        pt_render_destroy(r);
+    }
+    CHECK(!memcmp(p[0], p[1], sizeof p[0]));
+    pt_scene_destroy(s);
+}
 static void *host_thread(void *arg) {
     pt_render *r = (pt_render *)arg;
     pt_result result;
@@ -661,7 +694,7 @@ void test_render(void) {
     RUN(crops_are_parts_of_the_whole);
     RUN(same_bits_with_every_feature);
     RUN(progress_rises_to_one);
-    RUN(cancelled_and_taken_up_again);
+    RUN(cancelled_and_taken_up_again); RUN(cancelled_while_it_learns);
 #ifndef PT_NO_THREADS
     RUN(hosts_own_threads);
     RUN(cancel_from_another_thread);
