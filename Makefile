@@ -5,6 +5,7 @@ LDLIBS   = -lm -lpthread
 DEMO     = 01_hello 02_glass_and_mirrors 03_instances 05_user_shape 06_sky
 PICTURES = 01_hello 02_glass_and_mirrors 03_instances 04_user_bsdf 05_user_shape 06_sky 07_progressive 08_own_threads \
            09_depth_of_field 10_textures 11_materials 12_prism 13_daylight 14_cameras 15_lens_flare 16_motion_blur 18_measured
+FIGURES  = sampling figure_mixture figure_nee figure_plates figure_roulette figure_filters figure_many_lights figure_caustic
 TOOLS    = render_obj make_assets
 STB      = $(if $(wildcard /usr/include/stb/stb_image.h),out/stb_texture)
 TESTS    = $(patsubst tests/%.c,out/tests/%.o,$(wildcard tests/test_*.c))
@@ -17,7 +18,7 @@ help:                             # the default
 	@echo 'make demo      build some examples and draw their pictures into out/ (about a minute)'
 	@echo 'make test      build and run the tests; the last line is "N passed, N failed"'
 	@echo 'make bench     how fast: two scenes, mesh reading, tree building'
-	@echo 'make figures   the pictures of the README, with many samples (an hour; SPP=64: minutes)'
+	@echo 'make figures   the pictures of the README, and how well directions are drawn: tables (hours; SPP=64: minutes)'
 	@echo 'make check     the compiler matrix, the symbols an object needs, the tests under sanitizers'
 	@echo 'make portable  the same pictures from other compilers, flags and machines: are all bits equal?'
 	@echo 'make fuzz      the fuzzers, FUZZ_SECONDS=$(FUZZ_SECONDS) each (needs clang)'
@@ -51,8 +52,9 @@ bench: out/knot.obj
 
 figures: out/render_obj out/knot.obj
 	@sh examples/figures.sh out $(PICTURES)
-	$(CC) -O2 tests/bench/figure_mixture.c -o out/figure_mixture $(LDLIBS)
-	out/figure_mixture
+	@for f in $(FIGURES); do \
+	    echo "$$f"; $(CC) -O2 tests/bench/$$f.c -o out/$$f $(LDLIBS) && out/$$f $(if $(SPP),--quick) || exit 1; \
+	done
 
 portable:
 	@sh tests/portable.sh out/portable

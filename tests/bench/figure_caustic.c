@@ -2,7 +2,7 @@
    as "A Simplified Path Tracing Architecture" suggests; the example's own at where light was seen to leave the glass.
    relMSE in the ball's shadow, where its caustic is, and over the picture; efficiency, 1 / (relMSE x processor seconds),
    relative to none. Writes out/caustic_*.png.
-   cc -O2 tests/bench/figure_caustic.c -o out/figure_caustic -lm -lpthread && out/figure_caustic [SAMPLES] */
+   cc -O2 tests/bench/figure_caustic.c -o out/figure_caustic -lm -lpthread && out/figure_caustic [--quick | SAMPLES] */
 #define main example
 #include "../../examples/17_caustic.c"
 #undef main
@@ -75,7 +75,7 @@ int main(int argc, char **argv) {
     pt_render_desc d;
     memset(&d, 0, sizeof d);
     d.width = W; d.height = H; d.max_depth = 8; d.threads = 2;
-    d.spp = argc > 1 ? atoi(argv[1]) : 64;
+    d.spp = argc > 1 ? strcmp(argv[1], "--quick") ? atoi(argv[1]) : 16 : 64;
     d.camera.eye = pt_v3(.5f, 1.5f, 2.4f); d.camera.target = pt_v3(.2f, .22f, 0); d.camera.vfov_deg = 30;
     s = scene(LEAVES, .5f);
     if (!(r = reference("caustic", s, &d, REFERENCE))) return 1;

@@ -1,6 +1,7 @@
 /* How well are directions drawn? Scenes of many kinds, each with several fixed weights of the BSDF against the lights, and
    with automatic ones: relMSE, processor time, and efficiency relative to the best fixed weight.
-   cc -O2 tests/bench/sampling.c -o out/sampling -lm -lpthread && out/sampling [--spp N] [--size N] [--renders N] [SCENE...] */
+   cc -O2 tests/bench/sampling.c -o out/sampling -lm -lpthread && out/sampling [--quick] [--spp N] [--size N] [--renders N]
+   [SCENE...] */
 #define PT_IMPLEMENTATION
 #include "../../pt.h"
 #include "efficiency.h"
@@ -51,7 +52,8 @@ int main(int argc, char **argv) {
         if (!strcmp(argv[i], "--spp") && i + 1 < argc) spp = atoi(argv[++i]);
         else if (!strcmp(argv[i], "--size") && i + 1 < argc) size = atoi(argv[++i]);
         else if (!strcmp(argv[i], "--renders") && i + 1 < argc) renders = atoi(argv[++i]);
-        else if (argv[i][0] == '-') { printf("usage: sampling [--spp N] [--size N] [--renders N] [SCENE...]\n"); return strcmp(argv[i], "--help") != 0; }
+        else if (!strcmp(argv[i], "--quick")) { size = 32; renders = 1; }
+        else if (argv[i][0] == '-') { printf("usage: sampling [--quick] [--spp N] [--size N] [--renders N] [SCENE...]\n"); return strcmp(argv[i], "--help") != 0; }
         else some = 1;
     }
     printf("%d x %d pixels, %d samples, mean of %d renders: relMSE and processor seconds\n%-14s  bsdf .05        .25             .5              "
