@@ -593,7 +593,7 @@ static void *arena_alloc(void *user, size_t size, size_t align) {
 }
 static void arena_free(void *user, void *ptr, size_t size) { (void)ptr; (void)size; ((arena *)user)->frees++; }
 static void arena_allocator(void) {
-    arena a = { NULL, 0, 1 << 20, 0 };
+    arena a = { NULL, 0, 1 << 22, 0 };
     pt_scene_desc d = { { arena_alloc, arena_free, NULL }, { NULL, NULL } };
     pt_scene *s, *inner;
     pt_render *r;
