@@ -164,8 +164,8 @@ typedef struct pt_density_desc {
     int   (*sample)(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi);
     float (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi);
     void  *user;
-    float (*importance)(void *user, const pt_vertex *x);  /* how much of weight it wants at x, 0 to 1, the same whenever it is
-                                                             asked; NULL = all */
+    float (*importance)(void *user, const pt_vertex *x);  /* how much of weight it wants at x, 0 to 1: the same whenever
+                                                             it is asked. NULL = all */
 } pt_density_desc;
 PT_DEF pt_density pt_add_density(pt_scene *s, const pt_density_desc *d);
 
@@ -322,7 +322,8 @@ PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *u
 
 /* Lights that have no shape. (Every shape whose material emits is a light too.) Each kind reads what stands in its line, and
    ignores the rest. A scene has one environment or sky, and any number of the others.
-     ENVIRONMENT  texture or radiance, rotate_deg; color is radiance: multiplies the texture and the callback, there zero = 1
+     ENVIRONMENT  texture or radiance, rotate_deg; color is radiance: multiplies the texture and the callback, there zero = 1.
+                  Either keeps 0.5 to 9 MB of tables, however large the texture
      SUN          direction, radius_deg; color is irradiance in W/m^2 on a surface that faces it. A disk of even radiance,
                   infinitely far away
      POINT        position, radius; color is power in W. A real sphere, seen and hit, black but for its light
@@ -4834,23 +4835,22 @@ static void pti_environment_free(pti_environment *e, const pt_allocator *a) {
 /* How light comes from a part, for the receivers' tables: all its radiance, its mean direction by that, its solid angle. */
 typedef struct pti_part { float power, angle; pt_vec3 axis; } pti_part;
 
-/* The table of a field's cells holds integrals over the bilinear map, as it will be looked up, so it is 0 only where the map
-   is. Between the middles of texels that map is made of tents, one texel wide to each side; their integral up to x: */
+/* The table of a field's cells holds integrals over the bilinear map, as it will be looked up, so it is 0 only where the
+   map is. That map is a sum of tents, one texel wide to each side; a tent's integral up to x: */
 static float pti_tent_integral(float x) {
     if (x <= -1 || x >= 1) return x < 0 ? 0.0f : 1.0f;
     return x < 0 ? 0.5f * (1 + x) * (1 + x) : 1 - 0.5f * (1 - x) * (1 - x);
 }
 /* A callback is looked at in the middles of 512 x 256 texels. */
 static float pti_environment_texel(const pti_environment *e, int x, int y, int width, int height) {
-    float l;
-    pt_vec3 c;
-    if (e->texture) c = pti_mul(e->color, pti_texel(e->texture, x, y));
-    else c = pti_environment_map(e, pti_uv_to_direction(((float)x + 0.5f) / (float)width, ((float)y + 0.5f) / (float)height));
-    l = pti_luminance(c);
+    float l, u = ((float)x + 0.5f) / (float)width, v = ((float)y + 0.5f) / (float)height;
+    l = pti_luminance(e->texture ? pti_mul(e->color, pti_texel(e->texture, x, y))
+                                 : pti_environment_map(e, pti_uv_to_direction(u, v)));
     return l > 0 && l < FLT_MAX ? l : 0.0f;
 }
 /* Adds one row of texels to a row of n cells. */
-static void pti_environment_add_row(const pti_environment *e, int y, int width, int height, float weight, float *cells, int n) {
+static void pti_environment_add_row(const pti_environment *e, int y, int width, int height, float weight, float *cells,
+                                    int n) {
     int i, j, first, last, at;
     float a, b, w;
     for (j = 0; j < n; j++) {
@@ -4866,7 +4866,8 @@ static void pti_environment_add_row(const pti_environment *e, int y, int width, 
     }
 }
 /* Row r of n rows of cells: mean luminances. */
-static void pti_environment_row(const pti_environment *e, int width, int height, int r, float *cells, int across, int down) {
+static void pti_environment_row(const pti_environment *e, int width, int height, int r, float *cells, int across,
+                                int down) {
     float a = (float)((double)r * height / down), b = (float)((double)(r + 1) * height / down), w;
     int i, j, first = (int)floorf(a - 0.5f), last = (int)floorf(b + 0.5f);
     memset(cells, 0, (size_t)across * sizeof *cells);
@@ -4887,13 +4888,14 @@ static void pti_environment_field_row(pti_environment *e, int y, const float *ce
         pti_sincos((float)(y * e->down) / (float)all * PTI_PI, &s, &above);
         for (i = 0; i < e->down; i++, above = below) {
             const float *row = cells + i * n + x * e->across;
-            float angle, v = ((float)(y * e->down + i) + 0.5f) / (float)all;
+            float angle, u, v = ((float)(y * e->down + i) + 0.5f) / (float)all;
             pti_sincos((float)(y * e->down + i + 1) / (float)all * PTI_PI, &s, &below);
             angle = (above - below) * 2 * PTI_PI / (float)n;
             for (sum[i] = 0, j = 0; j < e->across; j++) {
                 float power = row[j] * angle;
                 sum[i] += power;
-                if (power > 0) part->axis = pti_madd(pti_uv_to_direction(((float)(x * e->across + j) + 0.5f) / (float)n, v), power, part->axis);
+                u = ((float)(x * e->across + j) + 0.5f) / (float)n;
+                if (power > 0) part->axis = pti_madd(pti_uv_to_direction(u, v), power, part->axis);
             }
             part->power += sum[i];
             part->angle += angle * (float)e->across;
@@ -4931,39 +4933,45 @@ static int pti_environment_cells(int pixels, int fields) {
     while (n < PTI_FIELD_CELLS && n * fields < pixels) n *= 2;
     return n;
 }
-static int pti_environment_build(pti_environment *e, const pt_allocator *a) {      /* 0 when out of memory */
-    int width = e->texture ? e->texture->width : 512, height = e->texture ? e->texture->height : 256, i, r, n, fine;
-    pti_part *part;
-    float *band, *value;
+/* Fields, band after band of them; cells is room for the luminances of one. */
+static void pti_environment_build_fields(pti_environment *e, int width, int height, float *cells, pti_part *part) {
+    int i, r, n = PTI_ENVIRONMENT_ACROSS * e->across;
     double sum = 0;
+    for (i = 0; i < PTI_ENVIRONMENT_DOWN; i++) {
+        for (r = 0; r < e->down; r++)
+            pti_environment_row(e, width, height, i * e->down + r, cells + r * n, n, PTI_ENVIRONMENT_DOWN * e->down);
+        pti_environment_field_row(e, i, cells, part + i * PTI_ENVIRONMENT_ACROSS);
+    }
+    for (i = 0; i < e->field_count; i++) sum += (double)part[i].power;
+    e->mean = (float)(sum / (4 * 3.141592653589793));
+}
+static int pti_environment_build(pti_environment *e, const pt_allocator *a) {      /* 0 when out of memory */
+    int width = e->texture ? e->texture->width : 512, height = e->texture ? e->texture->height : 256, i, fine;
+    size_t cells;
+    pti_part *part;
+    float *cell, *value;
     e->mean = pti_luminance(e->color);
     e->across = pti_environment_cells(e->texture ? width : width / 2, PTI_ENVIRONMENT_ACROSS);
     e->down = pti_environment_cells(e->texture ? height : height / 2, PTI_ENVIRONMENT_DOWN);
     e->field_count = e->textured ? PTI_ENVIRONMENT_ACROSS * PTI_ENVIRONMENT_DOWN : 0;
     e->part_count = e->field_count + (int)e->sun_count;
     if (!e->part_count) return 1;
-    n = PTI_ENVIRONMENT_ACROSS * e->across;
+    cells = (size_t)PTI_ENVIRONMENT_ACROSS * (size_t)e->across * (size_t)e->down;
     e->fields = (float *)pti_alloc(a, (size_t)e->field_count * pti_environment_field_size(e), sizeof(float));
     e->receivers = (float *)pti_alloc(a, PTI_RECEIVERS * ((size_t)e->part_count + 1), sizeof(float));
     e->irradiance = (float *)pti_alloc(a, PTI_RECEIVERS, sizeof(float));
     part = (pti_part *)pti_alloc(a, (size_t)e->part_count, sizeof *part);
     value = (float *)pti_alloc(a, (size_t)e->part_count, sizeof *value);
-    band = (float *)pti_alloc(a, (size_t)n * (size_t)e->down, sizeof *band);
-    fine = (e->fields || !e->field_count) && e->receivers && e->irradiance && part && value && band;
+    cell = (float *)pti_alloc(a, cells, sizeof *cell);
+    fine = (e->fields || !e->field_count) && e->receivers && e->irradiance && part && value && cell;
     if (fine) {
-        for (i = 0; i < (e->field_count ? PTI_ENVIRONMENT_DOWN : 0); i++) {
-            for (r = 0; r < e->down; r++)
-                pti_environment_row(e, width, height, i * e->down + r, band + r * n, n, PTI_ENVIRONMENT_DOWN * e->down);
-            pti_environment_field_row(e, i, band, part + i * PTI_ENVIRONMENT_ACROSS);
-        }
-        for (i = 0; i < e->field_count; i++) sum += (double)part[i].power;
-        if (e->field_count) e->mean = (float)(sum / (4 * 3.14159265358979));
+        if (e->field_count) pti_environment_build_fields(e, width, height, cell, part);
         for (i = 0; i < (int)e->sun_count; i++) part[e->field_count + i] = pti_sun_part(e->suns + i);
         for (i = 0; i < PTI_RECEIVERS; i++) pti_environment_receive(e, i, part, value);
     }
     pti_free(a, part, (size_t)e->part_count, sizeof *part);
     pti_free(a, value, (size_t)e->part_count, sizeof *value);
-    pti_free(a, band, (size_t)n * (size_t)e->down, sizeof *band);
+    pti_free(a, cell, cells, sizeof *cell);
     return fine;
 }
 

@@ -64,7 +64,7 @@ static float *reference(const char *name, const pt_scene *s, const pt_render_des
 }
 typedef struct efficiency { double error, seconds, rays; } efficiency;     /* relMSE; of a render */
 /* The mean over renders with other seeds, so that one lucky picture decides nothing. */
-static efficiency efficiency_of(const pt_scene *s, const pt_render_desc *d, const float *r, int renders) {
+static inline efficiency efficiency_of(const pt_scene *s, const pt_render_desc *d, const float *r, int renders) {
     efficiency e = { 0, 0, 0 };
     pt_render_desc other = *d;
     int i;

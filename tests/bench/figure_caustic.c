@@ -73,6 +73,7 @@ int main(int argc, char **argv) {
     float *r;
     pt_scene *s;
     pt_render_desc d;
+    (void)efficiency_of;
     memset(&d, 0, sizeof d);
     d.width = W; d.height = H; d.max_depth = 8; d.threads = 2;
     d.spp = argc > 1 ? strcmp(argv[1], "--quick") ? atoi(argv[1]) : 16 : 64;
