@@ -4403,21 +4403,21 @@ static float pti_light_importance(const pti_lights *l, const pti_light_node *n, 
     if (!n->count && g > 0 && !pti_emitter_faces(l->emitters + n->first, r->p)) return 0;
     return pti_min(n->power * g, 1e36f);
 }
-/* I of a node's children; returns the sum. */
-static double pti_light_weigh(const pti_lights *l, const pti_light_node *n, const pti_receiver *r, float I[PTI_WIDTH]) {
+/* imp: I of a node's children (<complex.h> owns the letter); returns the sum. */
+static double pti_light_weigh(const pti_lights *l, const pti_light_node *n, const pti_receiver *r, float imp[PTI_WIDTH]) {
     double sum = 0;
     uint32_t k;
-    for (k = 0; k < n->count; k++) sum += (double)(I[k] = pti_light_importance(l, l->nodes + n->first + k, r));
+    for (k = 0; k < n->count; k++) sum += (double)(imp[k] = pti_light_importance(l, l->nodes + n->first + k, r));
     return sum;
 }
-/* Draws k with probability I[k] / sum, and leaves *u uniform again: pti_split for many. sum > 0 is that of all, in order. */
-static uint32_t pti_light_pick(const float I[PTI_WIDTH], uint32_t count, double sum, uint32_t *u) {
+/* Draws k with probability imp[k] / sum, and leaves *u uniform again: pti_split for many. sum > 0 is that of all, in order. */
+static uint32_t pti_light_pick(const float imp[PTI_WIDTH], uint32_t count, double sum, uint32_t *u) {
     uint64_t from = 0, to = 0, low = pti_hash(*u ^ 0x5bd1e995u);
     double run = 0;
     uint32_t k;
     for (k = 0; k < count; k++) {
         from = to;
-        run += (double)I[k];
+        run += (double)imp[k];
         to = (uint64_t)(run / sum * 4294967296.0);
         if (*u < to) break;
     }
@@ -4426,11 +4426,11 @@ static uint32_t pti_light_pick(const float I[PTI_WIDTH], uint32_t count, double 
 }
 static int pti_lights_sample(const pti_lights *l, const pti_receiver *r, uint32_t choice, float u, float v, pt_vec3 *wi) {
     const pti_light_node *n = l->nodes;
-    float I[PTI_WIDTH];
+    float imp[PTI_WIDTH];
     while (n->count) {
-        double sum = pti_light_weigh(l, n, r, I);
+        double sum = pti_light_weigh(l, n, r, imp);
         if (!(sum > 0)) return 0;                        /* no child shines on p */
-        n = l->nodes + n->first + pti_light_pick(I, n->count, sum, &choice);
+        n = l->nodes + n->first + pti_light_pick(imp, n->count, sum, &choice);
     }
     return pti_emitter_sample(l->emitters + n->first, r->p, u, v, wi);
 }
@@ -4450,7 +4450,7 @@ static int pti_light_met(const pti_light_node *n, const pti_light_ray *r) {
 static float pti_light_pdf(const pti_light_ray *r, const pti_light_node *n) {
     const pti_lights *l = r->lights;
     const pti_light_node *child = l->nodes + n->first;
-    float p[PTI_WIDTH], I[PTI_WIDTH], most = 0;
+    float p[PTI_WIDTH], imp[PTI_WIDTH], most = 0;
     double sum, weighted = 0;
     uint32_t k;
     if (!n->count) return pti_emitter_pdf(l->emitters + n->first, r->receiver->p, r->wi);
@@ -4459,9 +4459,9 @@ static float pti_light_pdf(const pti_light_ray *r, const pti_light_node *n) {
         most = pti_max(most, p[k]);
     }
     if (!(most > 0)) return 0;
-    sum = pti_light_weigh(l, n, r->receiver, I);
+    sum = pti_light_weigh(l, n, r->receiver, imp);
     if (!(sum > 0)) return 0;
-    for (k = 0; k < n->count; k++) weighted += (double)I[k] * (double)p[k];
+    for (k = 0; k < n->count; k++) weighted += (double)imp[k] * (double)p[k];
     return (float)(weighted / sum);
 }
 static float pti_lights_pdf(const pti_lights *l, const pti_receiver *receiver, pt_vec3 wi) {
@@ -6405,7 +6405,7 @@ static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec
 }
 /* The step, for all cells. */
 static void pti_shares_step(pti_shares *s) {
-    static const double least[PTI_PARTS] = { 0.15, 0.05, 0.05 };
+    static const double least[PTI_PARTS] = { 0.3, 0.15, 0.15 };
     const double prior = PTI_SHARE_PRIOR;
     int i, k;
     for (i = 0; i < PTI_SHARE_CELLS; i++) {
