@@ -50,6 +50,7 @@
      >>material   from numbers and textures to lobes
      >>light      emitters by solid angle, the light tree, suns, the sky, environments
      >>scene      adding, checking, committing
+     >>guide      a density that learns where light comes from
      >>mixture    the one density that a path draws its next direction from
      >>path       the estimator
      >>camera     projections, the lens, the shutter
@@ -379,6 +380,15 @@ typedef enum pt_sampler { PT_SAMPLER_SOBOL, PT_SAMPLER_STRATIFIED, PT_SAMPLER_RA
    Any weights with bsdf > 0 have the same mean; without it, light that only the BSDF finds is left out: for comparisons. */
 typedef struct pt_weights { float bsdf, lights, environment; } pt_weights;
 
+/* Path guiding: before the picture, paths all over it learn where light comes from, and how well each part of the mixture finds
+   it; what they carried is thrown away. For light that finds its way through gaps and glass. The picture stays a function
+   of the scene, the camera, the seed and this, bit for bit. */
+typedef struct pt_guide {
+    int spp;                                              /* training: samples for each pixel of the full picture, up to 65536;
+                                                             0 = no guide. 16 is a good number */
+    int megabytes;                                        /* of memory, 1 to 65536; 0 = 32 */
+} pt_guide;
+
 typedef struct pt_render_desc {
     int width, height, spp;                               /* pixels, up to 65536 each; samples a pixel, 0 = 64 */
     int max_depth;                                        /* scattering events, up to 2^27 - 1; 0 = 64 */
@@ -393,6 +403,7 @@ typedef struct pt_render_desc {
     pt_filter filter;
     float filter_radius;                                  /* pixels, up to 64; 0 = the filter's own */
     pt_weights weights;
+    pt_guide guide;
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
                                                              finished it; nonzero cancels. It may call pt_render_pixels,
@@ -702,6 +713,11 @@ static int  pti_mutex_init(pti_mutex *m) { return pthread_mutex_init(m, NULL) ==
 static void pti_mutex_free(pti_mutex *m) { pthread_mutex_destroy(m); }
 static void pti_lock(pti_mutex *m)       { pthread_mutex_lock(m); }
 static void pti_unlock(pti_mutex *m)     { pthread_mutex_unlock(m); }
+typedef pthread_cond_t pti_signal;
+static int  pti_signal_init(pti_signal *c)          { return pthread_cond_init(c, NULL) == 0; }
+static void pti_signal_free(pti_signal *c)          { pthread_cond_destroy(c); }
+static void pti_wait(pti_signal *c, pti_mutex *m)   { pthread_cond_wait(c, m); }
+static void pti_wake(pti_signal *c)                 { pthread_cond_broadcast(c); }
 static int  pti_thread_start(pti_thread *t, void *(*f)(void *), void *arg) { return pthread_create(t, NULL, f, arg) == 0; }
 static void pti_thread_join(pti_thread t) { pthread_join(t, NULL); }
 static int  pti_cores(void) { long n = sysconf(_SC_NPROCESSORS_ONLN); return n < 1 ? 1 : n > 1024 ? 1024 : (int)n; }
@@ -717,11 +733,31 @@ static int  pti_mutex_init(pti_mutex *m) { *m = 0; return 1; }
 static void pti_mutex_free(pti_mutex *m) { (void)m; }
 static void pti_lock(pti_mutex *m)       { (void)m; }
 static void pti_unlock(pti_mutex *m)     { (void)m; }
+typedef int pti_signal;
+static int  pti_signal_init(pti_signal *c)          { *c = 0; return 1; }
+static void pti_signal_free(pti_signal *c)          { (void)c; }
+static void pti_wait(pti_signal *c, pti_mutex *m)   { (void)c; (void)m; }
+static void pti_wake(pti_signal *c)                 { (void)c; }
 static int  pti_thread_start(pti_thread *t, void *(*f)(void *), void *arg) { (void)t; (void)f; (void)arg; return 0; }
 static void pti_thread_join(pti_thread t) { (void)t; }
 static int  pti_cores(void) { return 1; }
 static double pti_seconds(void) { return 0; }
 #endif
+
+/* Sums that threads add to at once: integers, whose order does not matter. The lock is for compilers without atomics. */
+static void pti_atomic_add(pti_mutex *lock, uint64_t *sum, uint64_t n) {
+#if defined(PT_NO_THREADS)
+    (void)lock;
+    *sum += n;
+#elif defined(__GNUC__)
+    (void)lock;
+    __atomic_fetch_add(sum, n, __ATOMIC_RELAXED);
+#else
+    pti_lock(lock);
+    *sum += n;
+    pti_unlock(lock);
+#endif
+}
 
 /* Memory. The built-in allocator aligns by itself and keeps malloc's own pointer just below the block. */
 #define PTI_ALIGN 64
@@ -5372,6 +5408,371 @@ static int pti_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x, int
 PT_DEF int pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x) { return pti_intersect(s, ray, x, 0); }
 PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_intersect(s, ray, NULL, 1); }
 
+/* ---- >>guide -------------------------------------------------------------------------------------------
+   A density that learns where light comes from. Space is divided by a binary tree, for each of the six main directions in
+   which a surface may look; each of its cells has a quadtree over directions (Mueller, Gross and Novak 2017: the SD-tree), from
+   which a direction is drawn by walking down, and whose density is the product of the shares on that way. Paths that train
+   it leave, for the direction that they took at each vertex, what came of it, v = f L |cos| / p. The target is Rath et al.'s
+   (2020) of least variance, which holds the noise of L as well,
+       g(w) ~ sqrt(E[(f L |cos|)^2]):   a leaf of area A gets the mass   sqrt(A sum v^2 p),
+   f L being averaged over all that was seen from the cell. What the lights' densities draw anyway the guide need not learn:
+   v counts for as much as the BSDF had to do with it (the idea of Karlik et al. 2019).
+   Each cell learns shares of the mixture, too. With r_i = w_i p_i / p, the odds that part i drew a direction,
+       w_i  <-  sum v r_i / sum v,
+   which makes the mixture more like f L (expectation maximisation, Dempster, Laird and Rubin 1977; of the cross entropy as in
+   Mueller 2019, by whom also the blurring is: a record goes to a place a little off its own, by chance).
+   All sums are of integers, so that threads may add in any order; trees change between passes only. */
+
+/* Directions on the unit square: an octahedron, unfolded. Not even in solid angle, but without one sine. */
+static float pti_unfold(float a, float b) { return a >= 0 ? 1 - fabsf(b) : fabsf(b) - 1; }
+static void pti_direction_to_square(pt_vec3 d, float uv[2]) {
+    float l = fabsf(d.x) + fabsf(d.y) + fabsf(d.z), x = d.x / l, y = d.y / l;
+    uv[0] = 0.5f + 0.5f * (d.z < 0 ? pti_unfold(x, y) : x);
+    uv[1] = 0.5f + 0.5f * (d.z < 0 ? pti_unfold(y, x) : y);
+}
+static pt_vec3 pti_square_to_direction(float u, float v) {
+    float x = 2 * u - 1, y = 2 * v - 1, z = 1 - fabsf(x) - fabsf(y);
+    return pti_normalize(z < 0 ? pt_v3(pti_unfold(x, y), pti_unfold(y, x), z) : pt_v3(x, y, z));
+}
+static float pti_square_angle(pt_vec3 d) {               /* steradians that a unit of the square's area covers there */
+    float l = fabsf(d.x) + fabsf(d.y) + fabsf(d.z);
+    return 4 * l * l * l;
+}
+
+#define PTI_GUIDE_FACES 6
+enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PART_GUIDE, PTI_PARTS };
+
+/* A square of directions and its quarters: how much of it each has, and the node that divides it further, if any. */
+typedef struct pti_guide_node { float share[4]; uint32_t child[4]; } pti_guide_node;
+typedef struct pti_guide_cell {
+    pti_bounds box;
+    float split;                                         /* along axis; */
+    uint32_t child;                                      /* two, the second beside it; 0: it is a leaf */
+    uint32_t node;                                       /* of a leaf: its directions */
+    int axis;
+    float share[PTI_PARTS];                              /* the guide's is 0 until there is something to draw from */
+    pt_vec3 blur;                                        /* how far a record may move */
+} pti_guide_cell;
+/* What was learned in a pass: how many records, where they lie (and the squares of that), sum v, sum v r_i. */
+typedef struct pti_guide_sums { uint64_t count, place[3], square[3], value, part[PTI_PARTS]; } pti_guide_sums;
+
+typedef struct pti_guide {
+    pti_guide_cell *cells;
+    pti_guide_sums *sums;                                /* of each cell */
+    uint32_t cell_count, cell_capacity;
+    pti_guide_node *nodes, *old;                         /* node 0 is none */
+    uint64_t *energy;                                    /* of each quarter of each node: sum v^2 p */
+    uint32_t node_count, node_capacity;
+    uint64_t exponents[256];                             /* how often v had each, in the first pass */
+    float scale;                                         /* v is multiplied by this: 1 / its median; 0 in the first pass */
+    pti_mutex lock;
+    int has_lock;
+} pti_guide;
+
+static int pti_guide_face(const pt_vertex *x) {          /* which of +-x, +-y, +-z the surface looks along */
+    pt_vec3 n = pti_dot(x->ng, x->wo) < 0 ? pti_neg(x->ng) : x->ng;
+    float ax = fabsf(n.x), ay = fabsf(n.y), az = fabsf(n.z);
+    return ax >= ay && ax >= az ? n.x < 0 : ay >= az ? 2 + (n.y < 0) : 4 + (n.z < 0);
+}
+static pti_guide_cell *pti_guide_find(const pti_guide *g, int face, pt_vec3 p) {
+    pti_guide_cell *c = g->cells + face;
+    while (c->child) c = g->cells + c->child + (pti_axis(p, c->axis) >= c->split);
+    return c;
+}
+/* How well the guide, which does not know wo, can do in place of the BSDF: 1 for broad lobes, 0 for deltas. */
+static float pti_guide_softness(const pti_surface *s) {
+    float sum = 0;
+    int i;
+    for (i = 0; i < s->count; i++) {
+        const pti_lobe *l = s->lobes + i;
+        if (l->kind >= PTI_PASS) continue;
+        if (l->kind >= PTI_METAL && l->kind <= PTI_GLASS) sum += l->share * pti_min(2 * sqrtf(l->ax * l->ay), 1);
+        else sum += l->share;
+    }
+    return pti_min(sum, 1);
+}
+
+/* The quarter of the square that uv lies in; uv becomes its place in there. */
+static int pti_guide_quarter(float uv[2]) {
+    int x = uv[0] >= 0.5f, y = uv[1] >= 0.5f;
+    uv[0] = 2 * uv[0] - (float)x;
+    uv[1] = 2 * uv[1] - (float)y;
+    return x + 2 * y;
+}
+static pt_vec3 pti_guide_sample(const pti_guide *g, const pti_guide_cell *c, uint32_t u, uint32_t v) {
+    float x = 0, y = 0, size = 1;
+    uint32_t node = c->node;
+    while (node) {
+        const float *s = g->nodes[node].share;
+        int right = !pti_split(&u, (s[0] + s[2]) / (s[0] + s[1] + s[2] + s[3]));
+        int low = !pti_split(&v, s[right] / (s[right] + s[right + 2]));
+        size *= 0.5f;
+        x += (float)right * size;
+        y += (float)low * size;
+        node = g->nodes[node].child[right + 2 * low];
+    }
+    return pti_square_to_direction(x + size * pti_u01(u), y + size * pti_u01(v));
+}
+static float pti_guide_pdf(const pti_guide *g, const pti_guide_cell *c, pt_vec3 wi) {
+    float uv[2], p = 1 / pti_square_angle(wi);
+    uint32_t node = c->node;
+    pti_direction_to_square(wi, uv);
+    while (node) {
+        int k = pti_guide_quarter(uv);
+        p *= 4 * g->nodes[node].share[k];
+        node = g->nodes[node].child[k];
+    }
+    return p;
+}
+
+/* ---- training: the trail of a path, and what it leaves ---- */
+
+typedef struct pti_guide_record {
+    pt_vec3 p, wi, L, beta;                              /* L and beta: the path's, when it left */
+    int face;
+    float pdf, rest, part[PTI_PARTS];                    /* rest: the BSDF's odds against the lights and the environment; */
+} pti_guide_record;                                      /* part: the odds of each part; pdf 0: a delta */
+#define PTI_GUIDE_TRAIL 24
+typedef struct pti_guide_trail { int count; pti_guide_record records[PTI_GUIDE_TRAIL]; } pti_guide_trail;
+
+/* In fixed point, rounded up or down by chance. What is cut off at the top would teach nothing but noise. */
+static uint64_t pti_guide_fixed(float x, float unit, float most, pt_rng *rng) {
+    return (uint64_t)(pti_min(x, most) * unit + pt_rng_float(rng));
+}
+#define PTI_GUIDE_PLACES 262144                          /* across a cell: 2^28 squares of them fit 64 bits */
+static void pti_guide_add_place(pti_guide_sums *s, pti_mutex *lock, const pti_bounds *b, pt_vec3 p) {
+    int k;
+    pti_atomic_add(lock, &s->count, 1);
+    for (k = 0; k < 3; k++) {
+        float lo = pti_axis(b->lo, k), size = pti_axis(b->hi, k) - lo, x = size > 0 ? (pti_axis(p, k) - lo) / size : 0.0f;
+        uint64_t i = (uint64_t)(pti_clamp(x, 0, 1) * (PTI_GUIDE_PLACES - 1));
+        pti_atomic_add(lock, &s->place[k], i);
+        pti_atomic_add(lock, &s->square[k], i * i);
+    }
+}
+/* v^2 p, for a direction near wi seen from near p. */
+static void pti_guide_add_energy(const pti_guide *g, pti_mutex *lock, const pti_guide_record *r, float value, pt_rng *rng) {
+    const pti_guide_cell *c = pti_guide_find(g, r->face, r->p);
+    pt_vec3 off = c->blur;
+    float size = 0.5f, uv[2], to[2];
+    uint32_t node = c->node;
+    int k = 0, i;
+    uint64_t energy;
+    off.x *= pt_rng_float(rng) - 0.5f; off.y *= pt_rng_float(rng) - 0.5f; off.z *= pt_rng_float(rng) - 0.5f;
+    pti_direction_to_square(r->wi, uv);
+    to[0] = uv[0]; to[1] = uv[1];
+    for (; node; node = g->nodes[node].child[pti_guide_quarter(uv)]) size *= 0.5f;
+    for (i = 0; i < 2; i++) to[i] = pti_clamp(to[i] + 2 * size * (pt_rng_float(rng) - 0.5f), 0, 1);
+    c = pti_guide_find(g, r->face, pti_add(r->p, off));
+    energy = pti_guide_fixed(value * value * r->rest * r->rest * r->pdf * pti_square_angle(r->wi), 256, 134217728, rng);
+    if (!energy) return;
+    for (node = c->node; node; ) {
+        uint32_t at = node;
+        k = pti_guide_quarter(to);
+        node = g->nodes[at].child[k];
+        if (!node) pti_atomic_add(lock, &g->energy[4 * (size_t)at + (size_t)k], energy);
+    }
+}
+static float pti_guide_ratio(float L, float beta) { return beta > 0 && L > 0 ? L / beta : 0.0f; }
+/* A path has ended, with the radiance L in all. */
+static void pti_guide_learn(pti_guide *g, const pti_guide_trail *t, pt_vec3 L, const pti_sampler *sampler) {
+    pt_rng rng = pti_sample_rng(sampler->pixel_seed, sampler->index);
+    int i, k;
+    if (!(L.x >= 0 && L.y >= 0 && L.z >= 0) || !pti_finite3(L)) return;
+    for (i = 0; i < t->count; i++) {
+        const pti_guide_record *r = t->records + i;
+        pt_vec3 d = pti_sub(L, r->L);
+        float v = pti_luminance(pt_v3(pti_guide_ratio(d.x, r->beta.x), pti_guide_ratio(d.y, r->beta.y),
+                                      pti_guide_ratio(d.z, r->beta.z)));
+        pti_guide_cell *c;
+        pti_guide_sums *s;
+        if (!(v <= FLT_MAX)) continue;
+        if (!(g->scale > 0)) {
+            uint32_t bits;
+            memcpy(&bits, &v, sizeof bits);
+            if (v > 0) pti_atomic_add(&g->lock, &g->exponents[bits >> 23], 1);
+            continue;
+        }
+        v *= g->scale;
+        c = pti_guide_find(g, r->face, r->p);
+        s = g->sums + (c - g->cells);
+        pti_guide_add_place(s, &g->lock, &c->box, r->p);
+        if (!(v > 0)) continue;
+        pti_atomic_add(&g->lock, &s->value, pti_guide_fixed(v, 65536, 65536, &rng));
+        for (k = 0; k < PTI_PARTS; k++)
+            pti_atomic_add(&g->lock, &s->part[k], pti_guide_fixed(pti_min(v, 65536) * r->part[k], 65536, 65536, &rng));
+        if (r->pdf > 0) pti_guide_add_energy(g, &g->lock, r, v, &rng);
+    }
+}
+
+/* ---- refinement, between passes, by one thread ---- */
+
+#define PTI_GUIDE_DEPTH 16
+#define PTI_GUIDE_QUARTER 0.01f                          /* quarters with more of all mass than this are divided */
+static float pti_guide_weigh(pti_guide *g, uint32_t node, float size) {      /* old nodes' masses, into their shares */
+    pti_guide_node *n = g->old + node;
+    float sum = 0;
+    int k;
+    for (k = 0; k < 4; k++) {
+        float energy = (float)g->energy[4 * (size_t)node + (size_t)k];
+        n->share[k] = n->child[k] ? pti_guide_weigh(g, n->child[k], size / 2) : sqrtf(energy) * (size / 2);
+        sum += n->share[k];
+    }
+    return sum;
+}
+/* A new node, of a square of that mass (all directions: 1), from an old one if there is one; else it is even. */
+static uint32_t pti_guide_grow(pti_guide *g, uint32_t old, float scale, float mass, uint32_t *room, int depth) {
+    uint32_t self = g->node_count++;
+    pti_guide_node *n = g->nodes + self;
+    float m[4];
+    int k;
+    --*room;
+    for (k = 0; k < 4; k++) {
+        m[k] = old ? g->old[old].share[k] * scale : mass / 4;
+        n->share[k] = m[k] / mass;
+        n->child[k] = 0;
+    }
+    for (k = 0; k < 4; k++)
+        if (m[k] > PTI_GUIDE_QUARTER && depth < PTI_GUIDE_DEPTH && *room > 0)
+            n->child[k] = pti_guide_grow(g, old ? g->old[old].child[k] : 0, scale, m[k], room, depth + 1);
+    return self;
+}
+/* The cell's shares, as they turned out best in this pass; a few records of the old kind keep rare ones from deciding alone. */
+static void pti_guide_share(pti_guide_cell *c, const pti_guide_sums *s) {
+    static const float least[PTI_PARTS] = { 0.1f, 0.05f, 0.05f, 0.05f };
+    float prior = s->count ? 64 / (float)s->count : 0.0f, value = (float)s->value, sum = 0;
+    int k;
+    if (!s->value) return;
+    for (k = 0; k < PTI_PARTS; k++) {
+        c->share[k] = ((float)s->part[k] + prior * value * c->share[k]) / (value * (1 + prior));
+        sum += c->share[k] = pti_max(c->share[k], least[k]);
+    }
+    for (k = 0; k < PTI_PARTS; k++) c->share[k] /= sum;
+}
+/* Halves at the mean, along the axis on which records are farthest apart, until few enough are in each. */
+static void pti_guide_divide(pti_guide *g, uint32_t cell, double count, pt_vec3 mean, pt_vec3 variance, double most) {
+    pti_guide_cell *c = g->cells + cell;
+    float reach;
+    pt_vec3 lower = mean, upper = mean;
+    int k;
+    c->blur = pt_v3(sqrtf(12 * variance.x), sqrtf(12 * variance.y), sqrtf(12 * variance.z));
+    if (count < most || g->cell_count + 2 > g->cell_capacity || !(pti_largest(variance) > 0)) return;
+    c->axis = variance.x >= variance.y && variance.x >= variance.z ? 0 : variance.y >= variance.z ? 1 : 2;
+    c->split = pti_axis(mean, c->axis);
+    c->child = g->cell_count;
+    for (k = 0; k < 2; k++) {
+        g->cells[g->cell_count] = *c;
+        g->cells[g->cell_count++].child = 0;
+    }
+    reach = 0.866f * sqrtf(pti_axis(variance, c->axis));     /* from the mean of all to that of half, if they are even */
+    switch (c->axis) {
+    case 0:  lower.x -= reach; upper.x += reach; variance.x /= 4; break;
+    case 1:  lower.y -= reach; upper.y += reach; variance.y /= 4; break;
+    default: lower.z -= reach; upper.z += reach; variance.z /= 4;
+    }
+    for (k = 0; k < 2; k++) {
+        pti_bounds *b = &g->cells[c->child + (uint32_t)k].box;
+        pt_vec3 *corner = k ? &b->lo : &b->hi;
+        if (c->axis == 0) corner->x = c->split; else if (c->axis == 1) corner->y = c->split; else corner->z = c->split;
+    }
+    pti_guide_divide(g, c->child, count / 2, lower, variance, most);
+    pti_guide_divide(g, c->child + 1, count / 2, upper, variance, most);
+}
+static void pti_guide_divide_cell(pti_guide *g, uint32_t cell, double most) {
+    const pti_guide_sums *s = g->sums + cell;
+    pti_bounds b = g->cells[cell].box;
+    double mean[3], variance[3], n = (double)s->count;
+    int k;
+    for (k = 0; k < 3; k++) {
+        double unit = (double)(pti_axis(b.hi, k) - pti_axis(b.lo, k)) / (PTI_GUIDE_PLACES - 1), x = (double)s->place[k] / n;
+        mean[k] = (double)pti_axis(b.lo, k) + (x + 0.5) * unit;
+        variance[k] = ((double)s->square[k] / n - x * x) * unit * unit;
+        if (!(variance[k] > unit * unit)) variance[k] = 0;
+    }
+    pti_guide_divide(g, cell, n, pt_v3((float)mean[0], (float)mean[1], (float)mean[2]),
+                     pt_v3((float)variance[0], (float)variance[1], (float)variance[2]), most);
+}
+/* v's median, from the exponents. */
+static void pti_guide_measure(pti_guide *g) {
+    uint64_t all = 0, sum = 0;
+    uint32_t bits;
+    int k;
+    for (k = 0; k < 256; k++) all += g->exponents[k];
+    for (k = 0; k < 255 && (sum += g->exponents[k]) * 2 <= all; k++) {}
+    bits = (uint32_t)(k < 1 ? 253 : k > 252 ? 1 : 253 - k) << 23;
+    if (!all) bits = 127u << 23;
+    memcpy(&g->scale, &bits, sizeof bits);
+}
+#define PTI_GUIDE_RECORDS 4.0                            /* a cell has so many times the square root of all records */
+static void pti_guide_refine(pti_guide *g) {
+    uint32_t i, n = g->cell_count, leaves = 0, room;
+    pti_guide_node *old = g->nodes;
+    double all = 0, most;
+    if (!(g->scale > 0)) { pti_guide_measure(g); return; }
+    for (i = 0; i < n; i++) all += (double)g->sums[i].count;
+    most = PTI_GUIDE_RECORDS * sqrt(all);
+    if (most < 12 * all / (double)g->cell_capacity) most = 12 * all / (double)g->cell_capacity;
+    for (i = 0; i < n; i++) {
+        pti_guide_cell *c = g->cells + i;
+        if (c->child || !g->sums[i].count) continue;
+        pti_guide_share(c, g->sums + i);
+        pti_guide_divide_cell(g, i, most);
+    }
+    memset(g->sums, 0, g->cell_count * sizeof *g->sums);
+    for (i = 0; i < g->cell_count; i++) leaves += !g->cells[i].child;
+    g->nodes = g->old;
+    g->old = old;
+    room = g->node_capacity - 1;
+    g->node_count = 1;
+    for (i = 0; i < g->cell_count; i++) {
+        pti_guide_cell *c = g->cells + i;
+        float mass;
+        uint32_t mine, left;
+        if (c->child) continue;
+        mass = pti_guide_weigh(g, c->node, 1);
+        left = mine = room / leaves--;
+        if (!(mass > 0)) { c->share[PTI_PART_GUIDE] = 0; c->node = pti_guide_grow(g, 0, 0, 1, &left, 0); }
+        else {
+            if (!(c->share[PTI_PART_GUIDE] > 0)) c->share[PTI_PART_GUIDE] = c->share[PTI_PART_BSDF] *= 0.5f;
+            c->node = pti_guide_grow(g, c->node, 1 / mass, 1, &left, 0);
+        }
+        room -= mine - left;
+    }
+    memset(g->energy, 0, 4 * (size_t)g->node_capacity * sizeof *g->energy);
+}
+
+static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
+    if (g->has_lock) pti_mutex_free(&g->lock);
+    pti_free(a, g->cells, g->cell_capacity, sizeof *g->cells);
+    pti_free(a, g->sums, g->cell_capacity, sizeof *g->sums);
+    pti_free(a, g->nodes, g->node_capacity, sizeof *g->nodes);
+    pti_free(a, g->old, g->node_capacity, sizeof *g->old);
+    pti_free(a, g->energy, g->node_capacity, 4 * sizeof *g->energy);
+}
+/* All that a guide ever has, no more than so many bytes. 0 when out of memory. */
+static int pti_guide_create(pti_guide *g, const pt_allocator *a, size_t bytes, const pti_bounds *box) {
+    size_t each = 2 * sizeof *g->nodes + 4 * sizeof *g->energy;
+    size_t nodes = (bytes - bytes / 16) / each, cells = bytes / 16 / (sizeof *g->cells + sizeof *g->sums);
+    uint32_t i, left;
+    g->node_capacity = (uint32_t)(nodes < 0x40000000 ? nodes : 0x40000000);
+    g->cell_capacity = (uint32_t)(cells < 0x40000000 ? cells : 0x40000000);
+    g->cells = (pti_guide_cell *)pti_alloc(a, g->cell_capacity, sizeof *g->cells);
+    g->sums = (pti_guide_sums *)pti_alloc(a, g->cell_capacity, sizeof *g->sums);
+    g->nodes = (pti_guide_node *)pti_alloc(a, g->node_capacity, sizeof *g->nodes);
+    g->old = (pti_guide_node *)pti_alloc(a, g->node_capacity, sizeof *g->old);
+    g->energy = (uint64_t *)pti_alloc(a, g->node_capacity, 4 * sizeof *g->energy);
+    g->has_lock = pti_mutex_init(&g->lock);
+    if (!g->cells || !g->sums || !g->nodes || !g->old || !g->energy || !g->has_lock) return 0;
+    g->node_count = 1;
+    for (i = 0; i < PTI_GUIDE_FACES; i++) {
+        g->cells[i].box = *box;
+        left = 1024;
+        g->cells[i].node = pti_guide_grow(g, 0, 0, 1, &left, 0);
+    }
+    g->cell_count = PTI_GUIDE_FACES;
+    return 1;
+}
+
 /* ---- >>mixture -----------------------------------------------------------------------------------------
    The one density that a path's next direction is drawn from:
        p(wi) = sum_i w_i p_i(wi),    sum_i w_i = 1,
@@ -5386,7 +5787,9 @@ typedef struct pti_mixture {
     const pt_vertex *x;
     const pti_surface *surface;
     pt_vec3 origin;                                      /* of rays on wo's side: lamps are aimed at from there */
-    float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities */
+    float bsdf, lights, environment, users, guide;       /* w_i; users is the sum over all user densities */
+    const pti_guide *learned;                            /* if there is a guide, and where in it x lies: */
+    const pti_guide_cell *cell;
 } pti_mixture;
 
 static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface, const pt_weights *w) {
@@ -5394,7 +5797,8 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     float from_lights, from_sky, rest;
     int automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
     mix.scene = s; mix.x = surface->x; mix.surface = surface;
-    mix.bsdf = 1; mix.lights = mix.environment = mix.users = 0;
+    mix.bsdf = 1; mix.lights = mix.environment = mix.users = mix.guide = 0;
+    mix.learned = NULL; mix.cell = NULL;
     mix.origin = surface->x->p;
     if (surface->delta > 0.999f) return mix;             /* deltas only */
     mix.origin = pti_spawn(surface->x, surface->x->wo);
@@ -5414,6 +5818,28 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     mix.bsdf *= 1 - mix.users;
     return mix;
 }
+/* Shares as the guide has learned them there, where it has. Narrow lobes know better than it does. */
+static void pti_mixture_guided(pti_mixture *m, const pti_guide *g, const pt_weights *w) {
+    const float *share;
+    float soft, l, e, all;
+    if (m->surface->delta > 0.999f) return;
+    m->learned = g;
+    m->cell = pti_guide_find(g, pti_guide_face(m->x), m->x->p);
+    share = m->cell->share;
+    if (!(share[PTI_PART_GUIDE] > 0)) return;
+    soft = pti_guide_softness(m->surface) * (1 - m->users);
+    if (w->bsdf > 0 || w->lights > 0 || w->environment > 0) {        /* the user's own: the guide shares with the BSDF */
+        m->guide = m->bsdf * soft * share[PTI_PART_GUIDE] / (share[PTI_PART_BSDF] + share[PTI_PART_GUIDE]);
+    } else {
+        l = m->lights > 0 ? share[PTI_PART_LIGHTS] : 0.0f;
+        e = m->environment > 0 ? share[PTI_PART_ENVIRONMENT] : 0.0f;
+        all = (1 - m->users) / (share[PTI_PART_BSDF] + l + e + share[PTI_PART_GUIDE]);
+        m->lights = l * all;
+        m->environment = e * all;
+        m->guide = soft * share[PTI_PART_GUIDE] * all;
+    }
+    m->bsdf = 1 - m->lights - m->environment - m->users - m->guide;
+}
 /* A path that chose the BSDF again and again weighs up to (albedo / share)^depth, without bound in bright rooms: its second
    moment diverges. So a path whose potential (see >>path: its throughput, deltas left out) has grown above 1 gives the other
    parts w / potential only, and the BSDF the rest. Shares may depend on the path's past. */
@@ -5422,11 +5848,11 @@ static void pti_mixture_calm(pti_mixture *m, float potential) {
     m->lights *= calm;
     m->environment *= calm;
     m->users *= calm;
-    m->bsdf = 1 - m->lights - m->environment - m->users;
+    m->bsdf = 1 - m->lights - m->environment - m->users - m->guide;
 }
 /* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
    that is 0, nobody wants to know p. */
-static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
+static float pti_mixture_pdf_plain(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {     /* without the guide */
     const pt_scene *s = m->scene;
     float p, scale = s->density_weight > 0 ? m->users / s->density_weight : 0.0f;
     size_t i;
@@ -5437,6 +5863,13 @@ static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
     for (i = 0; i < s->density_count; i++)
         p += scale * s->densities[i].weight * s->densities[i].pdf(s->densities[i].user, m->x, wi);
     return p;
+}
+static float pti_mixture_pdf_guide(const pti_mixture *m, pt_vec3 wi) {
+    return m->guide > 0 ? m->guide * pti_guide_pdf(m->learned, m->cell, wi) : 0.0f;
+}
+static inline float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
+    float p = pti_mixture_pdf_plain(m, wi, f);
+    return pti_is_zero3(*f) ? 0.0f : p + pti_mixture_pdf_guide(m, wi);
 }
 static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const float u[2], pt_vec3 *wi) {
     const pt_scene *s = m->scene;
@@ -5449,15 +5882,15 @@ static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const
     return s->densities[i].sample(s->densities[i].user, m->x, u, wi);
 }
 
-/* A next direction: weight = f |cos| / p. */
-typedef struct pti_step { pt_vec3 wi, weight; int delta; } pti_step;
+/* A next direction: weight = f |cos| / p; plain, what it would weigh without the guide. */
+typedef struct pti_step { pt_vec3 wi, weight, plain; float pdf; int delta; } pti_step;
 
 /* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
    picks among lights or the user's densities, its second number what a lobe has to decide; they may be 0 where neither is.
    0: the path ends here. */
 static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, const uint32_t choice[2], pti_step *step) {
     const pt_scene *s = m->scene;
-    float others = 1 - m->bsdf, uv[2], p;
+    float others = 1 - m->bsdf, uv[2], p, guided;
     uint32_t among = choice[0];
     pt_vec3 f;
     pt_scatter scatter;
@@ -5466,7 +5899,10 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     if (others <= 0 || pti_split(&u, m->bsdf)) {
         drawn = pti_surface_sample(m->surface, u, v, choice[1], &scatter);
         step->wi = scatter.wi;
-    } else if (m->lights > 0 && pti_split(&u, m->lights / others)) {
+    } else if (m->guide > 0 && pti_split(&u, m->guide / others)) {
+        step->wi = pti_guide_sample(m->learned, m->cell, u, v);
+        drawn = 1;
+    } else if (m->lights > 0 && pti_split(&u, m->lights / (others - m->guide))) {
         drawn = pti_lights_sample(&s->lights, m->origin, among, pti_u01(u), pti_u01(v), &step->wi);
     } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
         drawn = m->environment > 0 && pti_environment_sample(&s->environment, u, pti_u01(v), &step->wi);
@@ -5478,13 +5914,38 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     step->delta = scatter.delta;
     if (scatter.delta) {
         if (scatter.pdf <= 0 || pti_is_zero3(scatter.f)) return 0;
-        step->weight = pti_scale(scatter.f, 1 / (m->bsdf * scatter.pdf));
+        step->weight = step->plain = pti_scale(scatter.f, 1 / (m->bsdf * scatter.pdf));
+        step->pdf = 0;
         return 1;
     }
-    p = pti_mixture_pdf(m, step->wi, &f);
-    if (pti_is_zero3(f) || p <= 0) return 0;             /* NaN goes on: the film will count it */
-    step->weight = pti_scale(f, 1 / p);
+    p = pti_mixture_pdf_plain(m, step->wi, &f);
+    if (pti_is_zero3(f)) return 0;
+    guided = pti_mixture_pdf_guide(m, step->wi);
+    step->pdf = p + guided;
+    if (step->pdf <= 0) return 0;                        /* NaN goes on: the film will count it */
+    step->weight = step->plain = pti_scale(f, 1 / step->pdf);
+    if (guided > 0 && p > 0) step->plain = pti_scale(f, (1 - m->guide) / p);
     return 1;
+}
+/* For the guide to learn from: where wi leads, and how much each part had to do with its being drawn. */
+static void pti_mixture_note(const pti_mixture *m, const pti_step *step, pti_guide_record *r) {
+    const pt_scene *s = m->scene;
+    float lights = 0, environment = 0, guided = 0, own;
+    if (!step->delta) {
+        if (m->lights > 0) lights = m->lights * pti_lights_pdf(&s->lights, m->origin, step->wi) / step->pdf;
+        if (m->environment > 0) environment = m->environment * pti_environment_pdf(&s->environment, step->wi) / step->pdf;
+        guided = pti_mixture_pdf_guide(m, step->wi) / step->pdf;
+    }
+    own = pti_max(1 - lights - environment - guided, 0);
+    r->p = m->x->p;
+    r->face = pti_guide_face(m->x);
+    r->wi = step->wi;
+    r->pdf = step->pdf;
+    r->rest = own > 0 ? own / (own + lights + environment) : 0.0f;
+    r->part[PTI_PART_BSDF] = own;
+    r->part[PTI_PART_LIGHTS] = lights;
+    r->part[PTI_PART_ENVIRONMENT] = environment;
+    r->part[PTI_PART_GUIDE] = guided;
 }
 
 /* ---- >>path --------------------------------------------------------------------------------------------
@@ -5498,6 +5959,7 @@ typedef struct pti_tracer {                              /* what all paths of a 
     const pt_scene *scene;
     pti_trace_function *trace;
     pt_weights weights;
+    const pti_guide *guide;                              /* NULL: none */
     int max_depth;
 } pti_tracer;
 
@@ -5525,9 +5987,9 @@ static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler
     *beta = pti_mul(*beta, color);
     return wavelength;
 }
-/* wavelength: 0 where the camera let all of them through. */
+/* wavelength: 0 where the camera let all of them through. trail: NULL, but for training. */
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, const pt_ray *start, float wavelength,
-                                 uint64_t *rays) {
+                                 uint64_t *rays, pti_guide_trail *trail) {
     const pt_scene *s = t->scene;
     pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, org = start->org, dir = start->dir;
     int depth;
@@ -5559,12 +6021,18 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         if (pti_largest(potential) < 1 && surface.delta < 0.999f
             && !pti_roulette(&beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
+        if (t->guide) pti_mixture_guided(&mix, t->guide, &t->weights);
         pti_mixture_calm(&mix, pti_largest(potential));
         if (!pti_mixture_sample(&mix, u[0], u[1], choice, &step)) return L;
         if (!(fabsf(pti_dot(step.wi, step.wi) - 1) < 1e-3f) || !pti_finite3(step.weight))
             return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
+        if (trail && mix.learned && trail->count < PTI_GUIDE_TRAIL) {
+            pti_guide_record *r = trail->records + trail->count++;
+            pti_mixture_note(&mix, &step, r);
+            r->L = L; r->beta = beta;
+        }
         beta = pti_mul(beta, step.weight);
-        if (!step.delta) potential = pti_mul(potential, step.weight);
+        if (!step.delta) potential = pti_mul(potential, step.plain);
         if (!step.delta && surface.squeeze != 1 && !pti_same_side(&x, x.wo, step.wi))
             potential = pti_scale(potential, surface.squeeze);
         org = pti_spawn(&x, step.wi);
@@ -5875,6 +6343,18 @@ static inline float pti_pdf_filter(const pti_filter *f, float x) {   /* per pixe
    samples, counting from where it stands; so a cancelled render can go on, and more samples are just a higher aim. One
    lock guards the bag, the counters and who is in which tile; pixels belong to whoever is in their tile. */
 
+#define PTI_TRAINING_SEED 0x9a1dedu
+/* The guide learns in passes, of 1, 2, 4 ... samples a pixel, each a bag of tiles of the full picture; the first, over few
+   pixels, just measures how bright it is. Between two passes all threads wait until one of them has refined the guide. A tile
+   that was cancelled goes on at the row where it stopped. */
+typedef struct pti_training {
+    int pass, first, spp;                                /* of this pass: its samples; spp 0: all is learned */
+    int tiles_x, tile_count, next_tile, tiles_done;
+    uint32_t *rows;                                      /* a tile: how many of its rows are done, of this pass */
+    double work, done;                                   /* samples in all, and so far */
+    double part;                                         /* of progress that is the training's */
+} pti_training;
+
 struct pt_render {
     const pt_scene *scene;
     pt_allocator allocator;
@@ -5887,7 +6367,10 @@ struct pt_render {
     uint32_t seed, strata_x, strata_y;
     uint32_t aim;                                        /* samples a pixel */
     int tiles_x, tiles_y, tile_count, next_tile, tiles_done, inside, cancelled;   /* inside: how many tiles are busy */
-    int has_lock, has_progress_lock;
+    pti_guide guide;
+    pti_training training;
+    int has_lock, has_progress_lock, has_signal;
+    pti_signal signal;                                   /* a pass of the training is done, or all is cancelled */
     pti_mutex lock, progress_lock;                       /* the second is taken first */
     pti_pixel *film;
     float *pixels;
@@ -5905,6 +6388,9 @@ PT_DEF void pt_render_destroy(pt_render *r) {
     n = (size_t)r->width * (size_t)r->height;
     if (r->has_lock) pti_mutex_free(&r->lock);
     if (r->has_progress_lock) pti_mutex_free(&r->progress_lock);
+    if (r->has_signal) pti_signal_free(&r->signal);
+    pti_guide_free(&r->guide, &a);
+    pti_free(&a, r->training.rows, (size_t)r->training.tile_count, sizeof *r->training.rows);
     pti_free(&a, r->film, n, sizeof *r->film);
     pti_free(&a, r->pixels, n, 3 * sizeof *r->pixels);
     pti_free(&a, r->busy, (size_t)r->tile_count, 1);
@@ -6002,6 +6488,8 @@ static int pti_check_render(pt_render *r, int *isa) {
         && pti_check_range(r, d->spp, 1, 0x7fffffff, "spp") && pti_check_range(r, d->max_depth, 1, 0x7ffffff, "max_depth")
         && pti_check_range(r, d->tile, 1, 65536, "tile") && pti_check_range(r, d->threads, 1, 4096, "threads")
         && pti_check_range(r, d->first_sample, 0, 0x7fffffff - d->spp, "first_sample")
+        && pti_check_range(r, d->guide.spp, 0, 65536, "guide.spp")
+        && pti_check_range(r, d->guide.megabytes, 1, 65536, "guide.megabytes")
         && pti_check_range(r, (int)d->sampler, PT_SAMPLER_SOBOL, PT_SAMPLER_RANDOM, "sampler")
         && pti_check_range(r, (int)d->filter, PT_FILTER_DEFAULT, PT_FILTER_BLACKMAN_HARRIS, "filter")
         && pti_check_float(r, d->filter_radius >= 0 && d->filter_radius <= 64, d->filter_radius,
@@ -6012,6 +6500,21 @@ static int pti_check_render(pt_render *r, int *isa) {
         && pti_check_float(r, w->environment >= 0 && w->environment <= 1e6f, w->environment,
                            "weights.environment must be finite and >= 0");
 }
+static int pti_training_allocate(pt_render *r) {
+    pti_training *t = &r->training;
+    int tiles_y = (r->desc.height + r->desc.tile - 1) / r->desc.tile;
+    double pixels = (double)r->desc.width * (double)r->desc.height, picture;
+    t->tiles_x = (r->desc.width + r->desc.tile - 1) / r->desc.tile;
+    if (t->tiles_x > 0x7fffffff / tiles_y) return 0;
+    t->tile_count = t->tiles_x * tiles_y;
+    t->spp = 1;
+    t->work = pixels * (double)r->desc.guide.spp;
+    picture = (double)r->width * (double)r->height * (double)r->desc.spp;
+    t->part = t->work / (t->work + picture);
+    t->rows = (uint32_t *)pti_alloc(&r->allocator, (size_t)t->tile_count, sizeof *t->rows);
+    return t->rows && pti_guide_create(&r->guide, &r->allocator, (size_t)r->desc.guide.megabytes << 20,
+                                       &r->scene->geometry.bvh.bounds);
+}
 static int pti_render_allocate(pt_render *r) {
     size_t n = (size_t)r->desc.crop_width * (size_t)r->desc.crop_height;
     const pt_allocator *a = &r->allocator;
@@ -6021,6 +6524,7 @@ static int pti_render_allocate(pt_render *r) {
     r->tiles_y = (r->height + r->desc.tile - 1) / r->desc.tile;
     if (r->tiles_x > 0x7fffffff / r->tiles_y) return 0;
     r->tile_count = r->tiles_x * r->tiles_y;
+    if (r->desc.guide.spp && !pti_training_allocate(r)) return 0;
     r->thread_count = r->desc.threads < r->tile_count ? r->desc.threads : r->tile_count;
     r->film = (pti_pixel *)pti_alloc(a, n, sizeof *r->film);
     r->pixels = (float *)pti_alloc(a, n, 3 * sizeof *r->pixels);
@@ -6028,7 +6532,8 @@ static int pti_render_allocate(pt_render *r) {
     r->threads = (pti_thread *)pti_alloc(a, (size_t)r->thread_count, sizeof *r->threads);
     r->has_lock = pti_mutex_init(&r->lock);
     r->has_progress_lock = pti_mutex_init(&r->progress_lock);
-    return r->film && r->pixels && r->busy && r->threads && r->has_lock && r->has_progress_lock;
+    r->has_signal = pti_signal_init(&r->signal);
+    return r->has_signal && r->film && r->pixels && r->busy && r->threads && r->has_lock && r->has_progress_lock;
 }
 /* Cells of the stratified sampler: as square as can be, and at least spp of them. */
 static void pti_render_strata(pt_render *r) {
@@ -6061,6 +6566,7 @@ PTI_NOINLINE pt_render *pti_render_create(const pt_scene *s, const pt_render_des
     if (!d->max_depth) r->desc.max_depth = 64;
     if (!d->tile) r->desc.tile = 32;
     if (!d->threads) r->desc.threads = pti_cores();
+    if (!d->guide.megabytes) r->desc.guide.megabytes = 32;
     if (!pti_check_render(r, &isa)) return r;
     if (!pti_render_allocate(r)) { pt_render_destroy(r); return NULL; }
     pti_render_strata(r);
@@ -6072,6 +6578,7 @@ PTI_NOINLINE pt_render *pti_render_create(const pt_scene *s, const pt_render_des
     r->tracer.trace = pti_trace_for(isa);
     r->tracer.weights = d->weights;
     r->tracer.max_depth = r->desc.max_depth;
+    r->tracer.guide = r->desc.guide.spp ? &r->guide : NULL;
     return r;
 }
 PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
@@ -6081,35 +6588,44 @@ PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
     return r;
 }
 
-/* x and y: in the full picture, which alone the numbers depend on. */
-static void pti_render_pixel(pt_render *r, pti_pixel *p, int x, int y, pt_stats *stats) {
-    int exposes = r->desc.camera.shutter_close > r->desc.camera.shutter_open;
+static pti_sampler pti_render_sampler(const pt_render *r, int x, int y, uint32_t seed) {
     pti_sampler sampler;
     sampler.kind = r->desc.sampler;
-    sampler.pixel_seed = pti_hash2((uint32_t)x, pti_hash2((uint32_t)y, r->seed));
+    sampler.pixel_seed = pti_hash2((uint32_t)x, pti_hash2((uint32_t)y, seed));
     sampler.strata_x = r->strata_x;
     sampler.strata_y = r->strata_y;
+    return sampler;
+}
+/* One sample. x and y: in the full picture, which alone the numbers depend on. */
+static pt_vec3 pti_render_sample(pt_render *r, pti_sampler *sampler, uint32_t index, int x, int y, float *weight,
+                                 pt_stats *stats, pti_guide_trail *trail) {
+    int exposes = r->desc.camera.shutter_close > r->desc.camera.shutter_open;
+    uint32_t u[2], v[2] = { 0, 0 }, t[2] = { 0, 0 };
+    float seen;
+    pti_lens_point at;
+    pt_vec3 c, color = pt_v3(1, 1, 1);
+    pt_ray ray;
+    pti_sampler_start(sampler, index);
+    pti_draw2(sampler, 0, 0, u);
+    if (r->lens.aperture > 0) pti_draw2(sampler, 0, 1, v);
+    if (exposes) pti_draw2(sampler, PTI_GROUP_SHUTTER, 0, t);
+    at.x = ((float)x + (0.5f + pti_filter_sample(&r->filter, pti_u01(u[0]), weight))) / (float)r->desc.width;
+    at.y = ((float)y + (0.5f + pti_filter_sample(&r->filter, pti_u01(u[1]), weight))) / (float)r->desc.height;
+    at.u = pti_u01(v[0]); at.v = pti_u01(v[1]);
+    at.shutter = pti_u01(t[0]);
+    at.wavelength = r->lens.camera.aberration != 0 ? pti_path_wavelength(&r->tracer, sampler, &color) : 0.0f;
+    seen = pti_lens_ray(&r->lens, &at, &ray);
+    if (!(seen > 0)) return pt_v3(0, 0, 0);
+    stats->paths++;
+    c = pti_path_radiance(&r->tracer, sampler, &ray, at.wavelength, &stats->rays, trail);
+    if (trail) pti_guide_learn(&r->guide, trail, c, sampler);
+    return pti_mul(c, pti_scale(color, seen));
+}
+static void pti_render_pixel(pt_render *r, pti_pixel *p, int x, int y, pt_stats *stats) {
+    pti_sampler sampler = pti_render_sampler(r, x, y, r->seed);
     while (p->count < r->aim) {
-        uint32_t u[2], v[2] = { 0, 0 }, t[2] = { 0, 0 };
-        float weight = r->filter.weight, seen;
-        pti_lens_point at;
-        pt_vec3 c = pt_v3(0, 0, 0), color = pt_v3(1, 1, 1);
-        pt_ray ray;
-        pti_sampler_start(&sampler, (uint32_t)r->desc.first_sample + p->count);
-        pti_draw2(&sampler, 0, 0, u);
-        if (r->lens.aperture > 0) pti_draw2(&sampler, 0, 1, v);
-        if (exposes) pti_draw2(&sampler, PTI_GROUP_SHUTTER, 0, t);
-        at.x = ((float)x + (0.5f + pti_filter_sample(&r->filter, pti_u01(u[0]), &weight))) / (float)r->desc.width;
-        at.y = ((float)y + (0.5f + pti_filter_sample(&r->filter, pti_u01(u[1]), &weight))) / (float)r->desc.height;
-        at.u = pti_u01(v[0]); at.v = pti_u01(v[1]);
-        at.shutter = pti_u01(t[0]);
-        at.wavelength = r->lens.camera.aberration != 0 ? pti_path_wavelength(&r->tracer, &sampler, &color) : 0.0f;
-        seen = pti_lens_ray(&r->lens, &at, &ray);
-        if (seen > 0) {
-            stats->paths++;
-            c = pti_path_radiance(&r->tracer, &sampler, &ray, at.wavelength, &stats->rays);
-            c = pti_mul(c, pti_scale(color, seen));
-        }
+        float weight = r->filter.weight;
+        pt_vec3 c = pti_render_sample(r, &sampler, (uint32_t)r->desc.first_sample + p->count, x, y, &weight, stats, NULL);
         if (!pti_pixel_add(p, c, weight)) stats->discarded++;
     }
 }
@@ -6138,12 +6654,58 @@ static int pti_render_tile(pt_render *r, int tile, pt_stats *stats) {
     pti_fpmode_leave(mode);
     return y == y1;
 }
+/* The same for a tile of the training. */
+static int pti_train_tile(pt_render *r, int tile, pt_stats *stats) {
+    const pti_training *t = &r->training;
+    int size = r->desc.tile, x0 = tile % t->tiles_x * size, y0 = tile / t->tiles_x * size, x, y, i;
+    int x1 = r->desc.width - x0 < size ? r->desc.width : x0 + size, y1 = r->desc.height - y0 < size ? r->desc.height : y0 + size;
+    int step = t->pass == 0 ? 4 : 1;
+    pti_fpmode mode = pti_fpmode_enter();
+    for (y = y0 + (int)t->rows[tile]; y < y1 && !pti_is_cancelled(r); y++, t->rows[tile]++)
+        for (x = x0; x < x1; x++) {
+            pti_sampler sampler = pti_render_sampler(r, x, y, pti_hash2(r->seed, PTI_TRAINING_SEED));
+            if (x % step || y % step) continue;
+            for (i = 0; i < t->spp; i++) {
+                pti_guide_trail trail;
+                float weight = 1;
+                trail.count = 0;
+                pti_render_sample(r, &sampler, (uint32_t)(t->first + i), x, y, &weight, stats, &trail);
+            }
+        }
+    pti_fpmode_leave(mode);
+    return y == y1;
+}
+/* All tiles of a pass are done, and all other threads wait. */
+static void pti_training_advance(pt_render *r) {
+    pti_training *t = &r->training;
+    pti_fpmode mode = pti_fpmode_enter();
+    int left;
+    pti_guide_refine(&r->guide);
+    pti_fpmode_leave(mode);
+    pti_lock(&r->lock);
+    if (t->pass++ > 0) { t->first += t->spp; t->spp *= 2; }
+    left = r->desc.guide.spp - t->first;
+    if (left < 2 * t->spp || t->spp == 0) t->spp = left;
+    t->done = (double)t->first * (double)r->desc.width * (double)r->desc.height;
+    memset(t->rows, 0, (size_t)t->tile_count * sizeof *t->rows);
+    t->next_tile = t->tiles_done = 0;
+    r->inside--;
+    pti_wake(&r->signal);
+    pti_unlock(&r->lock);
+}
+static double pti_training_progress(const pt_render *r) {
+    const pti_training *t = &r->training;
+    double pass = (double)t->spp * (double)r->desc.width * (double)r->desc.height;
+    if (!(t->part > 0)) return 0;
+    if (t->pass > 0 && t->spp) return t->part * (t->done + pass * (double)t->tiles_done / (double)t->tile_count) / t->work;
+    return t->pass > 0 ? t->part : 0.0;
+}
 static void pti_report_progress(pt_render *r) {
     double done;
     if (!r->desc.progress) return;
     pti_lock(&r->progress_lock);
     pti_lock(&r->lock);
-    done = (double)r->tiles_done / (double)r->tile_count;
+    done = (1 - r->training.part) * ((double)r->tiles_done / (double)r->tile_count) + pti_training_progress(r);
     pti_unlock(&r->lock);
     if (r->desc.progress(r->desc.user, done)) pt_render_cancel(r);
     pti_unlock(&r->progress_lock);
@@ -6152,31 +6714,49 @@ PT_DEF void pt_render_cancel(pt_render *r) {
     if (!r || !r->has_lock) return;
     pti_lock(&r->lock);
     r->cancelled = 1;
+    if (r->has_signal) pti_wake(&r->signal);
     pti_unlock(&r->lock);
+}
+/* A tile to work on, of the training or of the picture, or -1; the lock is held. */
+static int pti_render_take(pt_render *r, int *trains) {
+    pti_training *t = &r->training;
+    int tile = -1;
+    while (!r->cancelled && t->spp && t->next_tile == t->tile_count) pti_wait(&r->signal, &r->lock);
+    *trains = t->spp > 0;
+    if (r->cancelled) return -1;
+    if (t->spp) tile = t->next_tile++;
+    else if (r->next_tile < r->tile_count) {
+        tile = r->next_tile++;
+        r->busy[tile] = 1;
+    }
+    r->inside += tile >= 0;
+    return tile;
 }
 PT_DEF pt_result pt_render_work(pt_render *r) {
     pt_stats stats = { 0, 0, 0, 0 };
-    int tile = -1, finished;
+    int tile, finished, trains, passed = 0;
     if (!r) return PT_ERR_MEMORY;
     if (r->error.code != PT_OK) return r->error.code;
     pti_lock(&r->lock);
-    if (!r->cancelled && r->next_tile < r->tile_count) {
-        tile = r->next_tile++;
-        r->busy[tile] = 1;
-        r->inside++;
-    }
+    tile = pti_render_take(r, &trains);
     finished = !r->cancelled;
     pti_unlock(&r->lock);
     if (tile < 0) return finished ? PT_OK : PT_CANCELLED;
-    finished = pti_render_tile(r, tile, &stats);
+    finished = trains ? pti_train_tile(r, tile, &stats) : pti_render_tile(r, tile, &stats);
     pti_lock(&r->lock);
-    r->busy[tile] = 0;
-    r->inside--;
-    r->tiles_done += finished;
+    if (trains) {
+        r->training.tiles_done += finished;
+        passed = r->training.tiles_done == r->training.tile_count;
+    } else {
+        r->busy[tile] = 0;
+        r->tiles_done += finished;
+    }
+    if (!passed) r->inside--;
     r->stats.rays += stats.rays;
     r->stats.paths += stats.paths;
     r->stats.discarded += stats.discarded;
     pti_unlock(&r->lock);
+    if (passed) pti_training_advance(r);
     if (!finished) return PT_CANCELLED;
     pti_report_progress(r);
     return PT_MORE;
@@ -6210,6 +6790,8 @@ PT_DEF pt_result pt_render_add_samples(pt_render *r, int spp) {
     else {
         r->aim += (uint32_t)spp;
         r->next_tile = r->tiles_done = r->cancelled = 0;
+        r->training.next_tile = r->training.tiles_done = 0;
+        if (!r->training.spp) r->training.part = 0;      /* of what is to do from here on */
     }
     pti_unlock(&r->lock);
     return result;
