@@ -5450,21 +5450,24 @@ typedef struct pti_guide_cell {
     uint32_t child;                                      /* two, the second beside it; 0: it is a leaf */
     uint32_t node;                                       /* of a leaf: its directions */
     int axis;
+    float scale;                                         /* its sums are of v times this, about 1; 0 in the first pass */
     float share[PTI_PARTS];                              /* the guide's is 0 until there is something to draw from */
     pt_vec3 blur;                                        /* how far a record may move */
 } pti_guide_cell;
-/* What was learned in a pass: how many records, where they lie (and the squares of that), sum v, sum v r_i. */
-typedef struct pti_guide_sums { uint64_t count, place[3], square[3], value, part[PTI_PARTS]; } pti_guide_sums;
+/* What was learned in a pass: how many records, where they lie (and the squares of that), sum v r_i. */
+typedef struct pti_guide_sums { uint64_t count, place[3], square[3], part[PTI_PARTS]; } pti_guide_sums;
+
+/* Of a quarter of a node: how many records that are not black, sum v^2 p. */
+typedef struct pti_guide_quarter_sums { uint64_t hits, energy; } pti_guide_quarter_sums;
 
 typedef struct pti_guide {
     pti_guide_cell *cells;
     pti_guide_sums *sums;                                /* of each cell */
     uint32_t cell_count, cell_capacity;
     pti_guide_node *nodes, *old;                         /* node 0 is none */
-    uint64_t *energy;                                    /* of each quarter of each node: sum v^2 p */
+    pti_guide_quarter_sums *quarters;                    /* four for each node */
     uint32_t node_count, node_capacity;
     uint64_t exponents[256];                             /* how often v had each, in the first pass */
-    float scale;                                         /* v is multiplied by this: 1 / its median; 0 in the first pass */
     pti_mutex lock;
     int has_lock;
 } pti_guide;
@@ -5564,13 +5567,16 @@ static void pti_guide_add_energy(const pti_guide *g, pti_mutex *lock, const pti_
     for (; node; node = g->nodes[node].child[pti_guide_quarter(uv)]) size *= 0.5f;
     for (i = 0; i < 2; i++) to[i] = pti_clamp(to[i] + 2 * size * (pt_rng_float(rng) - 0.5f), 0, 1);
     c = pti_guide_find(g, r->face, pti_add(r->p, off));
-    energy = pti_guide_fixed(value * value * r->rest * r->rest * r->pdf * pti_square_angle(r->wi), 256, 134217728, rng);
+    value *= c->scale;
+    energy = pti_guide_fixed(value * value * r->rest * r->rest * r->pdf * pti_square_angle(r->wi), 65536, 16777216, rng);
     if (!energy) return;
     for (node = c->node; node; ) {
         uint32_t at = node;
         k = pti_guide_quarter(to);
         node = g->nodes[at].child[k];
-        if (!node) pti_atomic_add(lock, &g->energy[4 * (size_t)at + (size_t)k], energy);
+        if (node) continue;
+        pti_atomic_add(lock, &g->quarters[4 * (size_t)at + (size_t)k].energy, energy);
+        pti_atomic_add(lock, &g->quarters[4 * (size_t)at + (size_t)k].hits, 1);
     }
 }
 static float pti_guide_ratio(float L, float beta) { return beta > 0 && L > 0 ? L / beta : 0.0f; }
@@ -5587,20 +5593,18 @@ static void pti_guide_learn(pti_guide *g, const pti_guide_trail *t, pt_vec3 L, c
         pti_guide_cell *c;
         pti_guide_sums *s;
         if (!(v <= FLT_MAX)) continue;
-        if (!(g->scale > 0)) {
+        c = pti_guide_find(g, r->face, r->p);
+        if (!(c->scale > 0)) {
             uint32_t bits;
             memcpy(&bits, &v, sizeof bits);
             if (v > 0) pti_atomic_add(&g->lock, &g->exponents[bits >> 23], 1);
             continue;
         }
-        v *= g->scale;
-        c = pti_guide_find(g, r->face, r->p);
         s = g->sums + (c - g->cells);
         pti_guide_add_place(s, &g->lock, &c->box, r->p);
         if (!(v > 0)) continue;
-        pti_atomic_add(&g->lock, &s->value, pti_guide_fixed(v, 65536, 65536, &rng));
         for (k = 0; k < PTI_PARTS; k++)
-            pti_atomic_add(&g->lock, &s->part[k], pti_guide_fixed(pti_min(v, 65536) * r->part[k], 65536, 65536, &rng));
+            pti_atomic_add(&g->lock, &s->part[k], pti_guide_fixed(pti_min(v * c->scale, 65536) * r->part[k], 65536, 65536, &rng));
         if (r->pdf > 0) pti_guide_add_energy(g, &g->lock, r, v, &rng);
     }
 }
@@ -5608,45 +5612,70 @@ static void pti_guide_learn(pti_guide *g, const pti_guide_trail *t, pt_vec3 L, c
 /* ---- refinement, between passes, by one thread ---- */
 
 #define PTI_GUIDE_DEPTH 16
+#ifndef HITS
+#define HITS 16
+#endif
+#define PTI_GUIDE_HITS HITS                              /* and with no fewer records */
 #define PTI_GUIDE_QUARTER 0.01f                          /* quarters with more of all mass than this are divided */
 static float pti_guide_weigh(pti_guide *g, uint32_t node, float size) {      /* old nodes' masses, into their shares */
     pti_guide_node *n = g->old + node;
+    pti_guide_quarter_sums *q = g->quarters + 4 * (size_t)node;
     float sum = 0;
     int k;
     for (k = 0; k < 4; k++) {
-        float energy = (float)g->energy[4 * (size_t)node + (size_t)k];
-        n->share[k] = n->child[k] ? pti_guide_weigh(g, n->child[k], size / 2) : sqrtf(energy) * (size / 2);
+        n->share[k] = n->child[k] ? pti_guide_weigh(g, n->child[k], size / 2) : sqrtf((float)q[k].energy) * (size / 2);
         sum += n->share[k];
     }
     return sum;
 }
+static float pti_guide_hits(const pti_guide *g, uint32_t node, int k) {      /* of all below that quarter */
+    uint32_t child = g->old[node].child[k];
+    if (!child) return (float)g->quarters[4 * (size_t)node + (size_t)k].hits;
+    return pti_guide_hits(g, child, 0) + pti_guide_hits(g, child, 1) + pti_guide_hits(g, child, 2) + pti_guide_hits(g, child, 3);
+}
 /* A new node, of a square of that mass (all directions: 1), from an old one if there is one; else it is even. */
-static uint32_t pti_guide_grow(pti_guide *g, uint32_t old, float scale, float mass, uint32_t *room, int depth) {
+static uint32_t pti_guide_grow(pti_guide *g, uint32_t old, float scale, float mass, float hits, uint32_t *room, int depth) {
     uint32_t self = g->node_count++;
     pti_guide_node *n = g->nodes + self;
-    float m[4];
+    float m[4], h[4];
     int k;
     --*room;
     for (k = 0; k < 4; k++) {
         m[k] = old ? g->old[old].share[k] * scale : mass / 4;
+        h[k] = old ? pti_guide_hits(g, old, k) : hits / 4;
         n->share[k] = m[k] / mass;
         n->child[k] = 0;
     }
     for (k = 0; k < 4; k++)
-        if (m[k] > PTI_GUIDE_QUARTER && depth < PTI_GUIDE_DEPTH && *room > 0)
-            n->child[k] = pti_guide_grow(g, old ? g->old[old].child[k] : 0, scale, m[k], room, depth + 1);
+        if (m[k] > PTI_GUIDE_QUARTER && h[k] >= PTI_GUIDE_HITS && depth < PTI_GUIDE_DEPTH && *room > 0)
+            n->child[k] = pti_guide_grow(g, old ? g->old[old].child[k] : 0, scale, m[k], h[k], room, depth + 1);
     return self;
+}
+/* The power of 2 with that exponent (of floats); the one below x. */
+static float pti_guide_power_of(int exponent) {
+    uint32_t bits = (uint32_t)(exponent < 1 ? 1 : exponent > 253 ? 253 : exponent) << 23;
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+static float pti_guide_power(float x) {
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return pti_guide_power_of((int)(bits >> 23 & 255));
 }
 /* The cell's shares, as they turned out best in this pass; a few records of the old kind keep rare ones from deciding alone. */
 static void pti_guide_share(pti_guide_cell *c, const pti_guide_sums *s) {
     static const float least[PTI_PARTS] = { 0.1f, 0.05f, 0.05f, 0.05f };
-    float prior = s->count ? 64 / (float)s->count : 0.0f, value = (float)s->value, sum = 0;
+    float value = 0, prior = 64 / (float)s->count, sum = 0;
     int k;
-    if (!s->value) return;
+    for (k = 0; k < PTI_PARTS; k++) value += (float)s->part[k];
+    if (!(value > 0)) return;
     for (k = 0; k < PTI_PARTS; k++) {
-        c->share[k] = ((float)s->part[k] + prior * value * c->share[k]) / (value * (1 + prior));
+        if (k == PTI_PART_GUIDE && !(c->share[k] > 0)) continue;
+        c->share[k] = ((float)s->part[k] / value + prior * c->share[k]) / (1 + prior);
         sum += c->share[k] = pti_max(c->share[k], least[k]);
     }
+    c->scale *= pti_guide_power((float)s->count * 65536 / value);
     for (k = 0; k < PTI_PARTS; k++) c->share[k] /= sum;
 }
 /* Halves at the mean, along the axis on which records are farthest apart, until few enough are in each. */
@@ -5692,23 +5721,24 @@ static void pti_guide_divide_cell(pti_guide *g, uint32_t cell, double most) {
     pti_guide_divide(g, cell, n, pt_v3((float)mean[0], (float)mean[1], (float)mean[2]),
                      pt_v3((float)variance[0], (float)variance[1], (float)variance[2]), most);
 }
-/* v's median, from the exponents. */
+/* After the first pass: 1 over v's median, from the exponents. */
 static void pti_guide_measure(pti_guide *g) {
     uint64_t all = 0, sum = 0;
-    uint32_t bits;
+    uint32_t i;
     int k;
     for (k = 0; k < 256; k++) all += g->exponents[k];
-    for (k = 0; k < 255 && (sum += g->exponents[k]) * 2 <= all; k++) {}
-    bits = (uint32_t)(k < 1 ? 253 : k > 252 ? 1 : 253 - k) << 23;
-    if (!all) bits = 127u << 23;
-    memcpy(&g->scale, &bits, sizeof bits);
+    for (k = 0; k < 255 && (sum += g->exponents[k]) * 2 < all; k++) {}
+    for (i = 0; i < g->cell_count; i++) g->cells[i].scale = all ? pti_guide_power_of(253 - k) : 1.0f;
 }
-#define PTI_GUIDE_RECORDS 4.0                            /* a cell has so many times the square root of all records */
+#ifndef RECS
+#define RECS 4.0
+#endif
+#define PTI_GUIDE_RECORDS RECS                            /* a cell has so many times the square root of all records */
 static void pti_guide_refine(pti_guide *g) {
     uint32_t i, n = g->cell_count, leaves = 0, room;
     pti_guide_node *old = g->nodes;
     double all = 0, most;
-    if (!(g->scale > 0)) { pti_guide_measure(g); return; }
+    if (!(g->cells->scale > 0)) { pti_guide_measure(g); return; }
     for (i = 0; i < n; i++) all += (double)g->sums[i].count;
     most = PTI_GUIDE_RECORDS * sqrt(all);
     if (most < 12 * all / (double)g->cell_capacity) most = 12 * all / (double)g->cell_capacity;
@@ -5731,14 +5761,14 @@ static void pti_guide_refine(pti_guide *g) {
         if (c->child) continue;
         mass = pti_guide_weigh(g, c->node, 1);
         left = mine = room / leaves--;
-        if (!(mass > 0)) { c->share[PTI_PART_GUIDE] = 0; c->node = pti_guide_grow(g, 0, 0, 1, &left, 0); }
+        if (!(mass > 0)) { c->share[PTI_PART_GUIDE] = 0; c->node = pti_guide_grow(g, 0, 0, 1, 1e6f, &left, 0); }
         else {
             if (!(c->share[PTI_PART_GUIDE] > 0)) c->share[PTI_PART_GUIDE] = c->share[PTI_PART_BSDF] *= 0.5f;
-            c->node = pti_guide_grow(g, c->node, 1 / mass, 1, &left, 0);
+            c->node = pti_guide_grow(g, c->node, 1 / mass, 1, 0, &left, 0);
         }
         room -= mine - left;
     }
-    memset(g->energy, 0, 4 * (size_t)g->node_capacity * sizeof *g->energy);
+    memset(g->quarters, 0, 4 * (size_t)g->node_capacity * sizeof *g->quarters);
 }
 
 static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
@@ -5747,11 +5777,11 @@ static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
     pti_free(a, g->sums, g->cell_capacity, sizeof *g->sums);
     pti_free(a, g->nodes, g->node_capacity, sizeof *g->nodes);
     pti_free(a, g->old, g->node_capacity, sizeof *g->old);
-    pti_free(a, g->energy, g->node_capacity, 4 * sizeof *g->energy);
+    pti_free(a, g->quarters, g->node_capacity, 4 * sizeof *g->quarters);
 }
 /* All that a guide ever has, no more than so many bytes. 0 when out of memory. */
 static int pti_guide_create(pti_guide *g, const pt_allocator *a, size_t bytes, const pti_bounds *box) {
-    size_t each = 2 * sizeof *g->nodes + 4 * sizeof *g->energy;
+    size_t each = 2 * sizeof *g->nodes + 4 * sizeof *g->quarters;
     size_t nodes = (bytes - bytes / 16) / each, cells = bytes / 16 / (sizeof *g->cells + sizeof *g->sums);
     uint32_t i, left;
     g->node_capacity = (uint32_t)(nodes < 0x40000000 ? nodes : 0x40000000);
@@ -5760,14 +5790,14 @@ static int pti_guide_create(pti_guide *g, const pt_allocator *a, size_t bytes, c
     g->sums = (pti_guide_sums *)pti_alloc(a, g->cell_capacity, sizeof *g->sums);
     g->nodes = (pti_guide_node *)pti_alloc(a, g->node_capacity, sizeof *g->nodes);
     g->old = (pti_guide_node *)pti_alloc(a, g->node_capacity, sizeof *g->old);
-    g->energy = (uint64_t *)pti_alloc(a, g->node_capacity, 4 * sizeof *g->energy);
+    g->quarters = (pti_guide_quarter_sums *)pti_alloc(a, g->node_capacity, 4 * sizeof *g->quarters);
     g->has_lock = pti_mutex_init(&g->lock);
-    if (!g->cells || !g->sums || !g->nodes || !g->old || !g->energy || !g->has_lock) return 0;
+    if (!g->cells || !g->sums || !g->nodes || !g->old || !g->quarters || !g->has_lock) return 0;
     g->node_count = 1;
     for (i = 0; i < PTI_GUIDE_FACES; i++) {
         g->cells[i].box = *box;
         left = 1024;
-        g->cells[i].node = pti_guide_grow(g, 0, 0, 1, &left, 0);
+        g->cells[i].node = pti_guide_grow(g, 0, 0, 1, 1e6f, &left, 0);
     }
     g->cell_count = PTI_GUIDE_FACES;
     return 1;
