@@ -5568,7 +5568,11 @@ static void pti_guide_add_energy(const pti_guide *g, pti_mutex *lock, const pti_
     for (i = 0; i < 2; i++) to[i] = pti_clamp(to[i] + 2 * size * (pt_rng_float(rng) - 0.5f), 0, 1);
     c = pti_guide_find(g, r->face, pti_add(r->p, off));
     value *= c->scale;
+#ifdef LINEAR
+    energy = pti_guide_fixed(value * r->rest, 65536, 16777216, rng);
+#else
     energy = pti_guide_fixed(value * value * r->rest * r->rest * r->pdf * pti_square_angle(r->wi), 65536, 16777216, rng);
+#endif
     if (!energy) return;
     for (node = c->node; node; ) {
         uint32_t at = node;
@@ -5601,8 +5605,8 @@ static void pti_guide_learn(pti_guide *g, const pti_guide_trail *t, pt_vec3 L, c
             continue;
         }
         s = g->sums + (c - g->cells);
-        pti_guide_add_place(s, &g->lock, &c->box, r->p);
         if (!(v > 0)) continue;
+        pti_guide_add_place(s, &g->lock, &c->box, r->p);
         for (k = 0; k < PTI_PARTS; k++)
             pti_atomic_add(&g->lock, &s->part[k], pti_guide_fixed(pti_min(v * c->scale, 65536) * r->part[k], 65536, 65536, &rng));
         if (r->pdf > 0) pti_guide_add_energy(g, &g->lock, r, v, &rng);
@@ -5612,6 +5616,9 @@ static void pti_guide_learn(pti_guide *g, const pti_guide_trail *t, pt_vec3 L, c
 /* ---- refinement, between passes, by one thread ---- */
 
 #define PTI_GUIDE_DEPTH 16
+#ifndef PRIOR
+#define PRIOR 1
+#endif
 #ifndef HITS
 #define HITS 16
 #endif
@@ -5623,7 +5630,12 @@ static float pti_guide_weigh(pti_guide *g, uint32_t node, float size) {      /* 
     float sum = 0;
     int k;
     for (k = 0; k < 4; k++) {
-        n->share[k] = n->child[k] ? pti_guide_weigh(g, n->child[k], size / 2) : sqrtf((float)q[k].energy) * (size / 2);
+        n->share[k] = n->child[k] ? pti_guide_weigh(g, n->child[k], size / 2) : 
+#ifdef LINEAR
+        (float)q[k].energy;
+#else
+        sqrtf((float)q[k].energy) * (size / 2);
+#endif
         sum += n->share[k];
     }
     return sum;
@@ -5634,21 +5646,26 @@ static float pti_guide_hits(const pti_guide *g, uint32_t node, int k) {      /* 
     return pti_guide_hits(g, child, 0) + pti_guide_hits(g, child, 1) + pti_guide_hits(g, child, 2) + pti_guide_hits(g, child, 3);
 }
 /* A new node, of a square of that mass (all directions: 1), from an old one if there is one; else it is even. */
-static uint32_t pti_guide_grow(pti_guide *g, uint32_t old, float scale, float mass, float hits, uint32_t *room, int depth) {
+static uint32_t pti_guide_grow(pti_guide *g, uint32_t old, float mass, float hits, uint32_t *room, int depth) {
     uint32_t self = g->node_count++;
     pti_guide_node *n = g->nodes + self;
-    float m[4], h[4];
+    float m[4], h[4], sum = 0, all = 0;
     int k;
     --*room;
     for (k = 0; k < 4; k++) {
-        m[k] = old ? g->old[old].share[k] * scale : mass / 4;
+        m[k] = old ? g->old[old].share[k] : 0.25f;
         h[k] = old ? pti_guide_hits(g, old, k) : hits / 4;
-        n->share[k] = m[k] / mass;
+        sum += m[k];
+        all += h[k];
+    }
+    for (k = 0; k < 4; k++) {
+        n->share[k] = (all * m[k] / (sum > 0 ? sum : 1.0f) + PRIOR) / (all + 4 * PRIOR);
         n->child[k] = 0;
+        m[k] = n->share[k] * mass;
     }
     for (k = 0; k < 4; k++)
         if (m[k] > PTI_GUIDE_QUARTER && h[k] >= PTI_GUIDE_HITS && depth < PTI_GUIDE_DEPTH && *room > 0)
-            n->child[k] = pti_guide_grow(g, old ? g->old[old].child[k] : 0, scale, m[k], h[k], room, depth + 1);
+            n->child[k] = pti_guide_grow(g, old ? g->old[old].child[k] : 0, m[k], h[k], room, depth + 1);
     return self;
 }
 /* The power of 2 with that exponent (of floats); the one below x. */
@@ -5761,10 +5778,10 @@ static void pti_guide_refine(pti_guide *g) {
         if (c->child) continue;
         mass = pti_guide_weigh(g, c->node, 1);
         left = mine = room / leaves--;
-        if (!(mass > 0)) { c->share[PTI_PART_GUIDE] = 0; c->node = pti_guide_grow(g, 0, 0, 1, 1e6f, &left, 0); }
+        if (!(mass > 0)) { c->share[PTI_PART_GUIDE] = 0; c->node = pti_guide_grow(g, 0, 1, 1e6f, &left, 0); }
         else {
             if (!(c->share[PTI_PART_GUIDE] > 0)) c->share[PTI_PART_GUIDE] = c->share[PTI_PART_BSDF] *= 0.5f;
-            c->node = pti_guide_grow(g, c->node, 1 / mass, 1, 0, &left, 0);
+            c->node = pti_guide_grow(g, c->node, 1, 0, &left, 0);
         }
         room -= mine - left;
     }
@@ -5797,7 +5814,7 @@ static int pti_guide_create(pti_guide *g, const pt_allocator *a, size_t bytes, c
     for (i = 0; i < PTI_GUIDE_FACES; i++) {
         g->cells[i].box = *box;
         left = 1024;
-        g->cells[i].node = pti_guide_grow(g, 0, 0, 1, 1e6f, &left, 0);
+        g->cells[i].node = pti_guide_grow(g, 0, 1, 1e6f, &left, 0);
     }
     g->cell_count = PTI_GUIDE_FACES;
     return 1;
@@ -5857,6 +5874,9 @@ static void pti_mixture_guided(pti_mixture *m, const pti_guide *g, const pt_weig
     m->cell = pti_guide_find(g, pti_guide_face(m->x), m->x->p);
     share = m->cell->share;
     if (!(share[PTI_PART_GUIDE] > 0)) return;
+#ifdef FIXED
+    { static const float fs[4] = FIXED; share = fs; }
+#endif
     soft = pti_guide_softness(m->surface) * (1 - m->users);
     if (w->bsdf > 0 || w->lights > 0 || w->environment > 0) {        /* the user's own: the guide shares with the BSDF */
         m->guide = m->bsdf * soft * share[PTI_PART_GUIDE] / (share[PTI_PART_BSDF] + share[PTI_PART_GUIDE]);
@@ -5878,6 +5898,9 @@ static void pti_mixture_calm(pti_mixture *m, float potential) {
     m->lights *= calm;
     m->environment *= calm;
     m->users *= calm;
+#if CALM
+    m->guide *= calm;
+#endif
     m->bsdf = 1 - m->lights - m->environment - m->users - m->guide;
 }
 /* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
@@ -6021,7 +6044,7 @@ static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, const pt_ray *start, float wavelength,
                                  uint64_t *rays, pti_guide_trail *trail) {
     const pt_scene *s = t->scene;
-    pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, org = start->org, dir = start->dir;
+    pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, grown = beta, org = start->org, dir = start->dir;
     int depth;
     for (depth = 0; ; depth++) {
         pti_ray ray;
@@ -6052,7 +6075,12 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
             && !pti_roulette(&beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
         if (t->guide) pti_mixture_guided(&mix, t->guide, &t->weights);
+#if CALM==2
+        pti_mixture_calm(&mix, pti_largest(grown));
+#else
         pti_mixture_calm(&mix, pti_largest(potential));
+#endif
+
         if (!pti_mixture_sample(&mix, u[0], u[1], choice, &step)) return L;
         if (!(fabsf(pti_dot(step.wi, step.wi) - 1) < 1e-3f) || !pti_finite3(step.weight))
             return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
@@ -6063,6 +6091,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         }
         beta = pti_mul(beta, step.weight);
         if (!step.delta) potential = pti_mul(potential, step.plain);
+        if (!step.delta) grown = pti_mul(grown, step.weight);
         if (!step.delta && surface.squeeze != 1 && !pti_same_side(&x, x.wo, step.wi))
             potential = pti_scale(potential, surface.squeeze);
         org = pti_spawn(&x, step.wi);

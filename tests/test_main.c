@@ -6,10 +6,10 @@
 /* A chapter a line, in the order of pt.h: to add one, write test_<chapter>.c, which defines void test_<chapter>(void),
    and move its name from the comment to the list. */
 #ifdef TEST_THREADS                                      /* those alone that start threads */
-#define CHAPTERS(X) X(scene) X(render)
+#define CHAPTERS(X) X(scene) X(guide) X(render)
 #else
 #define CHAPTERS(X) \
-    X(math) X(random) X(warp) X(spectrum) X(shape) X(bvh) X(kernel) X(texture) X(microfacet) X(bsdf) X(material) X(light) X(scene) \
+    X(math) X(random) X(warp) X(spectrum) X(shape) X(bvh) X(kernel) X(texture) X(microfacet) X(bsdf) X(material) X(light) X(scene) X(guide) \
     X(mixture) X(path) X(camera) X(film) X(render) X(image) X(mesh)
 #endif
 
