@@ -385,7 +385,7 @@ typedef struct pt_weights { float bsdf, lights, environment; } pt_weights;
    of the scene, the camera, the seed and this, bit for bit. */
 typedef struct pt_guide {
     int spp;                                              /* training: samples for each pixel of the full picture, up to 65536;
-                                                             0 = no guide. 16 is a good number */
+                                                             0 = no guide. 16 to 64, a tenth to a third of the picture's */
     int megabytes;                                        /* of memory, 1 to 65536; 0 = 32 */
 } pt_guide;
 
@@ -5412,10 +5412,10 @@ PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_inters
    A density that learns where light comes from. Space is divided by a binary tree, for each of the six main directions in
    which a surface may look; each of its cells has a quadtree over directions (Mueller, Gross and Novak 2017: the SD-tree), from
    which a direction is drawn by walking down, and whose density is the product of the shares on that way. Paths that train
-   it leave, for the direction that they took at each vertex, what came of it, v = f L |cos| / p. The target is Rath et al.'s
-   (2020) of least variance, which holds the noise of L as well,
-       g(w) ~ sqrt(E[(f L |cos|)^2]):   a leaf of area A gets the mass   sqrt(A sum v^2 p),
-   f L being averaged over all that was seen from the cell. What the lights' densities draw anyway the guide need not learn:
+   it leave, for the direction that they took at each vertex, what came of it, v = f L |cos| / p, and the guide becomes
+       g(w) ~ E[f L |cos|]:   a leaf gets the mass   sum v,
+   f L being averaged over all that was seen from the cell. (Rath et al.'s target, 2020, the root of the second moment, was
+   no better with the few records that there are here.) What the lights' densities draw anyway the guide need not learn:
    v counts for as much as the BSDF had to do with it (the idea of Karlik et al. 2019).
    Each cell learns shares of the mixture, too. With r_i = w_i p_i / p, the odds that part i drew a direction,
        w_i  <-  sum v r_i / sum v,
@@ -5452,12 +5452,14 @@ typedef struct pti_guide_cell {
     int axis;
     float scale;                                         /* its sums are of v times this, about 1; 0 in the first pass */
     float share[PTI_PARTS];                              /* the guide's is 0 until there is something to draw from */
+    int useful;                                          /* it pays there */
     pt_vec3 blur;                                        /* how far a record may move */
 } pti_guide_cell;
-/* What was learned in a pass: how many records, where they lie (and the squares of that), sum v r_i. */
-typedef struct pti_guide_sums { uint64_t count, place[3], square[3], part[PTI_PARTS]; } pti_guide_sums;
+/* What was learned in a pass: how many records, where they lie (and the squares of that), sum v r_i; sum v^2,
+   and the same had the guide had no share. */
+typedef struct pti_guide_sums { uint64_t count, place[3], square[3], part[PTI_PARTS], with, without; } pti_guide_sums;
 
-/* Of a quarter of a node: how many records that are not black, sum v^2 p. */
+/* Of a quarter of a node: how many records that are not black, sum v. */
 typedef struct pti_guide_quarter_sums { uint64_t hits, energy; } pti_guide_quarter_sums;
 
 typedef struct pti_guide {
@@ -5467,6 +5469,7 @@ typedef struct pti_guide {
     pti_guide_node *nodes, *old;                         /* node 0 is none */
     pti_guide_quarter_sums *quarters;                    /* four for each node */
     uint32_t node_count, node_capacity;
+    int frozen;                                          /* it learns no more: where it does not pay, it keeps out */
     uint64_t exponents[256];                             /* how often v had each, in the first pass */
     pti_mutex lock;
     int has_lock;
@@ -5533,8 +5536,9 @@ static float pti_guide_pdf(const pti_guide *g, const pti_guide_cell *c, pt_vec3 
 typedef struct pti_guide_record {
     pt_vec3 p, wi, L, beta;                              /* L and beta: the path's, when it left */
     int face;
-    float pdf, rest, part[PTI_PARTS];                    /* rest: the BSDF's odds against the lights and the environment; */
-} pti_guide_record;                                      /* part: the odds of each part; pdf 0: a delta */
+    float pdf, rest, gain, part[PTI_PARTS];                    /* rest: the BSDF's odds against the lights and the environment; */
+} pti_guide_record;                                      /* part: the odds of each part; pdf 0: a delta; gain: p with
+                                                            the guide over p without it */
 #define PTI_GUIDE_TRAIL 24
 typedef struct pti_guide_trail { int count; pti_guide_record records[PTI_GUIDE_TRAIL]; } pti_guide_trail;
 
@@ -5553,7 +5557,7 @@ static void pti_guide_add_place(pti_guide_sums *s, pti_mutex *lock, const pti_bo
         pti_atomic_add(lock, &s->square[k], i * i);
     }
 }
-/* v^2 p, for a direction near wi seen from near p. */
+/* v, for a direction near wi seen from near p. */
 static void pti_guide_add_energy(const pti_guide *g, pti_mutex *lock, const pti_guide_record *r, float value, pt_rng *rng) {
     const pti_guide_cell *c = pti_guide_find(g, r->face, r->p);
     pt_vec3 off = c->blur;
@@ -5568,11 +5572,7 @@ static void pti_guide_add_energy(const pti_guide *g, pti_mutex *lock, const pti_
     for (i = 0; i < 2; i++) to[i] = pti_clamp(to[i] + 2 * size * (pt_rng_float(rng) - 0.5f), 0, 1);
     c = pti_guide_find(g, r->face, pti_add(r->p, off));
     value *= c->scale;
-#ifdef LINEAR
     energy = pti_guide_fixed(value * r->rest, 65536, 16777216, rng);
-#else
-    energy = pti_guide_fixed(value * value * r->rest * r->rest * r->pdf * pti_square_angle(r->wi), 65536, 16777216, rng);
-#endif
     if (!energy) return;
     for (node = c->node; node; ) {
         uint32_t at = node;
@@ -5609,6 +5609,10 @@ static void pti_guide_learn(pti_guide *g, const pti_guide_trail *t, pt_vec3 L, c
         pti_guide_add_place(s, &g->lock, &c->box, r->p);
         for (k = 0; k < PTI_PARTS; k++)
             pti_atomic_add(&g->lock, &s->part[k], pti_guide_fixed(pti_min(v * c->scale, 65536) * r->part[k], 65536, 65536, &rng));
+        v = pti_min(v * c->scale, 4096);
+        pti_atomic_add(&g->lock, &s->with, pti_guide_fixed(v * v, 1024, 16777216, &rng));
+        pti_atomic_add(&g->lock, &s->without, pti_guide_fixed(v * v * r->gain, 1024, 16777216, &rng));
+        v /= c->scale;
         if (r->pdf > 0) pti_guide_add_energy(g, &g->lock, r, v, &rng);
     }
 }
@@ -5616,26 +5620,15 @@ static void pti_guide_learn(pti_guide *g, const pti_guide_trail *t, pt_vec3 L, c
 /* ---- refinement, between passes, by one thread ---- */
 
 #define PTI_GUIDE_DEPTH 16
-#ifndef PRIOR
-#define PRIOR 1
-#endif
-#ifndef HITS
-#define HITS 16
-#endif
-#define PTI_GUIDE_HITS HITS                              /* and with no fewer records */
+#define PTI_GUIDE_HITS 8                                 /* and with no fewer records */
 #define PTI_GUIDE_QUARTER 0.01f                          /* quarters with more of all mass than this are divided */
-static float pti_guide_weigh(pti_guide *g, uint32_t node, float size) {      /* old nodes' masses, into their shares */
+static float pti_guide_weigh(pti_guide *g, uint32_t node) {      /* old nodes' masses, into their shares */
     pti_guide_node *n = g->old + node;
     pti_guide_quarter_sums *q = g->quarters + 4 * (size_t)node;
     float sum = 0;
     int k;
     for (k = 0; k < 4; k++) {
-        n->share[k] = n->child[k] ? pti_guide_weigh(g, n->child[k], size / 2) : 
-#ifdef LINEAR
-        (float)q[k].energy;
-#else
-        sqrtf((float)q[k].energy) * (size / 2);
-#endif
+        n->share[k] = n->child[k] ? pti_guide_weigh(g, n->child[k]) :  (float)q[k].energy;
         sum += n->share[k];
     }
     return sum;
@@ -5659,7 +5652,7 @@ static uint32_t pti_guide_grow(pti_guide *g, uint32_t old, float mass, float hit
         all += h[k];
     }
     for (k = 0; k < 4; k++) {
-        n->share[k] = (all * m[k] / (sum > 0 ? sum : 1.0f) + PRIOR) / (all + 4 * PRIOR);
+        n->share[k] = (all * m[k] / (sum > 0 ? sum : 1.0f) + 1) / (all + 4);                  /* Laplace's rule: what was not seen yet may come */
         n->child[k] = 0;
         m[k] = n->share[k] * mass;
     }
@@ -5680,6 +5673,7 @@ static float pti_guide_power(float x) {
     memcpy(&bits, &x, sizeof bits);
     return pti_guide_power_of((int)(bits >> 23 & 255));
 }
+#define PTI_GUIDE_GAIN 1.1f                              /* of the second moment: less is not worth the guide's time */
 /* The cell's shares, as they turned out best in this pass; a few records of the old kind keep rare ones from deciding alone. */
 static void pti_guide_share(pti_guide_cell *c, const pti_guide_sums *s) {
     static const float least[PTI_PARTS] = { 0.1f, 0.05f, 0.05f, 0.05f };
@@ -5692,6 +5686,7 @@ static void pti_guide_share(pti_guide_cell *c, const pti_guide_sums *s) {
         c->share[k] = ((float)s->part[k] / value + prior * c->share[k]) / (1 + prior);
         sum += c->share[k] = pti_max(c->share[k], least[k]);
     }
+    c->useful = c->share[PTI_PART_GUIDE] > 0 && (float)s->without > PTI_GUIDE_GAIN * (float)s->with;
     c->scale *= pti_guide_power((float)s->count * 65536 / value);
     for (k = 0; k < PTI_PARTS; k++) c->share[k] /= sum;
 }
@@ -5747,12 +5742,9 @@ static void pti_guide_measure(pti_guide *g) {
     for (k = 0; k < 255 && (sum += g->exponents[k]) * 2 < all; k++) {}
     for (i = 0; i < g->cell_count; i++) g->cells[i].scale = all ? pti_guide_power_of(253 - k) : 1.0f;
 }
-#ifndef RECS
-#define RECS 4.0
-#endif
-#define PTI_GUIDE_RECORDS RECS                            /* a cell has so many times the square root of all records */
+#define PTI_GUIDE_RECORDS 1.0                            /* a cell has so many times the square root of all records */
 static void pti_guide_refine(pti_guide *g) {
-    uint32_t i, n = g->cell_count, leaves = 0, room;
+    uint32_t i, n = g->cell_count, leaves = 0, room, used = g->node_count;
     pti_guide_node *old = g->nodes;
     double all = 0, most;
     if (!(g->cells->scale > 0)) { pti_guide_measure(g); return; }
@@ -5776,7 +5768,7 @@ static void pti_guide_refine(pti_guide *g) {
         float mass;
         uint32_t mine, left;
         if (c->child) continue;
-        mass = pti_guide_weigh(g, c->node, 1);
+        mass = pti_guide_weigh(g, c->node);
         left = mine = room / leaves--;
         if (!(mass > 0)) { c->share[PTI_PART_GUIDE] = 0; c->node = pti_guide_grow(g, 0, 1, 1e6f, &left, 0); }
         else {
@@ -5785,7 +5777,8 @@ static void pti_guide_refine(pti_guide *g) {
         }
         room -= mine - left;
     }
-    memset(g->quarters, 0, 4 * (size_t)g->node_capacity * sizeof *g->quarters);
+    if (used < g->node_count) used = g->node_count;
+    memset(g->quarters, 0, 4 * (size_t)used * sizeof *g->quarters);
 }
 
 static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
@@ -5873,10 +5866,7 @@ static void pti_mixture_guided(pti_mixture *m, const pti_guide *g, const pt_weig
     m->learned = g;
     m->cell = pti_guide_find(g, pti_guide_face(m->x), m->x->p);
     share = m->cell->share;
-    if (!(share[PTI_PART_GUIDE] > 0)) return;
-#ifdef FIXED
-    { static const float fs[4] = FIXED; share = fs; }
-#endif
+    if (!(share[PTI_PART_GUIDE] > 0) || (g->frozen && !m->cell->useful)) return;
     soft = pti_guide_softness(m->surface) * (1 - m->users);
     if (w->bsdf > 0 || w->lights > 0 || w->environment > 0) {        /* the user's own: the guide shares with the BSDF */
         m->guide = m->bsdf * soft * share[PTI_PART_GUIDE] / (share[PTI_PART_BSDF] + share[PTI_PART_GUIDE]);
@@ -5898,9 +5888,6 @@ static void pti_mixture_calm(pti_mixture *m, float potential) {
     m->lights *= calm;
     m->environment *= calm;
     m->users *= calm;
-#if CALM
-    m->guide *= calm;
-#endif
     m->bsdf = 1 - m->lights - m->environment - m->users - m->guide;
 }
 /* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
@@ -5995,6 +5982,7 @@ static void pti_mixture_note(const pti_mixture *m, const pti_step *step, pti_gui
     r->wi = step->wi;
     r->pdf = step->pdf;
     r->rest = own > 0 ? own / (own + lights + environment) : 0.0f;
+    r->gain = m->guide > 0 ? (1 - m->guide) / pti_max(1 - guided, 1e-3f) : 1.0f;
     r->part[PTI_PART_BSDF] = own;
     r->part[PTI_PART_LIGHTS] = lights;
     r->part[PTI_PART_ENVIRONMENT] = environment;
@@ -6044,7 +6032,7 @@ static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, const pt_ray *start, float wavelength,
                                  uint64_t *rays, pti_guide_trail *trail) {
     const pt_scene *s = t->scene;
-    pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, grown = beta, org = start->org, dir = start->dir;
+    pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, org = start->org, dir = start->dir;
     int depth;
     for (depth = 0; ; depth++) {
         pti_ray ray;
@@ -6075,11 +6063,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
             && !pti_roulette(&beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
         if (t->guide) pti_mixture_guided(&mix, t->guide, &t->weights);
-#if CALM==2
-        pti_mixture_calm(&mix, pti_largest(grown));
-#else
         pti_mixture_calm(&mix, pti_largest(potential));
-#endif
 
         if (!pti_mixture_sample(&mix, u[0], u[1], choice, &step)) return L;
         if (!(fabsf(pti_dot(step.wi, step.wi) - 1) < 1e-3f) || !pti_finite3(step.weight))
@@ -6091,7 +6075,6 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         }
         beta = pti_mul(beta, step.weight);
         if (!step.delta) potential = pti_mul(potential, step.plain);
-        if (!step.delta) grown = pti_mul(grown, step.weight);
         if (!step.delta && surface.squeeze != 1 && !pti_same_side(&x, x.wo, step.wi))
             potential = pti_scale(potential, surface.squeeze);
         org = pti_spawn(&x, step.wi);
@@ -6745,6 +6728,7 @@ static void pti_training_advance(pt_render *r) {
     if (t->pass++ > 0) { t->first += t->spp; t->spp *= 2; }
     left = r->desc.guide.spp - t->first;
     if (left < 2 * t->spp || t->spp == 0) t->spp = left;
+    r->guide.frozen = t->spp == 0;
     t->done = (double)t->first * (double)r->desc.width * (double)r->desc.height;
     memset(t->rows, 0, (size_t)t->tile_count * sizeof *t->rows);
     t->next_tile = t->tiles_done = 0;

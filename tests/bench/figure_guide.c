@@ -63,7 +63,7 @@ static void measure(const sampling_scene *c) {
     if (pt_scene_commit(s) != PT_OK) { printf("%s: %s\n", c->name, pt_scene_error(s)); exit(1); }
     many = d;                                            /* the reference: guided, after a training of its own */
     if (mine) many.guide.spp = 256;
-    r = reference(c->name, s, &many, mine ? (getenv("REF") ? atoi(getenv("REF")) : (spp + training) * more) : c->reference);
+    r = reference(c->name, s, &many, mine ? (spp + training) * more : c->reference);
     off = efficiency_of(s, &d, r, renders);
     x = render_copy(s, &d, NULL, NULL);
     show(c->name, "off", x, d.width, d.height);
