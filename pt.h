@@ -5609,11 +5609,10 @@ static void pti_guide_learn(pti_guide *g, const pti_guide_trail *t, pt_vec3 L, c
         pti_guide_add_place(s, &g->lock, &c->box, r->p);
         for (k = 0; k < PTI_PARTS; k++)
             pti_atomic_add(&g->lock, &s->part[k], pti_guide_fixed(pti_min(v * c->scale, 65536) * r->part[k], 65536, 65536, &rng));
-        v = pti_min(v * c->scale, 4096);
+        if (r->pdf > 0) pti_guide_add_energy(g, &g->lock, r, v, &rng);
+        v = pti_min(v * c->scale, 512);
         pti_atomic_add(&g->lock, &s->with, pti_guide_fixed(v * v, 1024, 16777216, &rng));
         pti_atomic_add(&g->lock, &s->without, pti_guide_fixed(v * v * r->gain, 1024, 16777216, &rng));
-        v /= c->scale;
-        if (r->pdf > 0) pti_guide_add_energy(g, &g->lock, r, v, &rng);
     }
 }
 
@@ -5982,7 +5981,7 @@ static void pti_mixture_note(const pti_mixture *m, const pti_step *step, pti_gui
     r->wi = step->wi;
     r->pdf = step->pdf;
     r->rest = own > 0 ? own / (own + lights + environment) : 0.0f;
-    r->gain = m->guide > 0 ? (1 - m->guide) / pti_max(1 - guided, 1e-3f) : 1.0f;
+    r->gain = m->guide > 0 ? (1 - m->guide) / pti_max(1 - guided, 1.0f / 64) : 1.0f;
     r->part[PTI_PART_BSDF] = own;
     r->part[PTI_PART_LIGHTS] = lights;
     r->part[PTI_PART_ENVIRONMENT] = environment;
