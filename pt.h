@@ -5672,7 +5672,8 @@ static float pti_guide_power(float x) {
     memcpy(&bits, &x, sizeof bits);
     return pti_guide_power_of((int)(bits >> 23 & 255));
 }
-#define PTI_GUIDE_GAIN 1.1f                              /* of the second moment: less is not worth the guide's time */
+#define PTI_GUIDE_GAIN 0.0f                              /* of the second moment, for the guide to be used; 1.1 keeps it out
+                                                            of most scenes that need none, but of caustics too */
 /* The cell's shares, as they turned out best in this pass; a few records of the old kind keep rare ones from deciding alone. */
 static void pti_guide_share(pti_guide_cell *c, const pti_guide_sums *s) {
     static const float least[PTI_PARTS] = { 0.1f, 0.05f, 0.05f, 0.05f };
