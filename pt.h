@@ -6227,8 +6227,8 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
        dM/dw_i = -E[v^2 p_i / p] = -G_i,
    and where it is least for shares whose sum is 1, all G_i are equal. The step
        w_i  <-  w_i sqrt(G_i) / sum,
-   stands still just there, and gets there at once where no direction is drawn by two parts. Since few paths see much, each
-   part keeps some of its share. Shares are learned in cells: a hash of the place, in cubes a quarter of the distance to the
+   stands still just there, and gets there at once where no direction is drawn by two parts. But some thousand paths do not see
+   what is rare, such as light from the floor by way of metal to the sun, and it weighs 1 / w: so each part keeps some. Shares are learned in cells: a hash of the place, in cubes a quarter of the distance to the
    camera wide, of the main direction of the normal, and the material. Two that share a cell share weights: no harm. */
 #define PTI_SHARE_CELLS 4096
 #define PTI_SHARE_PRIOR 4                                /* as many records say that all is well as it is */
@@ -6240,7 +6240,7 @@ typedef struct pti_share_sums { double count, share[PTI_PARTS], part[PTI_PARTS];
 typedef struct pti_shares {
     pt_vec3 eye;
     pti_share *cells;
-    pti_share_sums *sums;                                /* NULL but while it learns */
+    pti_share_sums *sums;                                /* of each cell, since the last step */
 } pti_shares;
 typedef struct pti_share_record { uint32_t cell; pt_vec3 L, beta; float share[PTI_PARTS], part[PTI_PARTS]; } pti_share_record;
 typedef struct pti_share_trail { int count; pti_share_record records[PTI_SHARE_TRAIL]; } pti_share_trail;
@@ -6403,7 +6403,7 @@ static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec
         }
     }
 }
-/* The step, for all cells. */
+/* The step, for all cells that were visited. */
 static void pti_shares_step(pti_shares *s) {
     static const double least[PTI_PARTS] = { 0.3, 0.15, 0.15 };
     const double prior = PTI_SHARE_PRIOR;
