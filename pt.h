@@ -408,7 +408,8 @@ typedef enum pt_sampler { PT_SAMPLER_SOBOL, PT_SAMPLER_STRATIFIED, PT_SAMPLER_RA
 
 /* Shares of the mixture's parts. All zero = automatic: a fair share for the BSDF, the rest for lights and environment by how much
    light they seem to send, and, place by place, what each was seen to bring by up to 65536 paths that go ahead of the picture
-   (they call callbacks, too, but count in no pt_stats; up to 0.1 s, and 280 KB). Else relative, 0 to 1e6; a part that a vertex lacks gives its share back.
+   (one thread's work while the others wait, mostly below 0.1 s; they call callbacks, too, but count in no pt_stats, and take
+   280 KB; previews of a pass or two are quicker with weights that are set). Else relative, 0 to 1e6; a part that a vertex lacks gives its share back.
    Any weights with bsdf > 0 have the same mean; without it, light that only the BSDF finds is left out: for comparisons. */
 typedef struct pt_weights { float bsdf, lights, environment; } pt_weights;
 
@@ -447,7 +448,7 @@ typedef struct pt_render_desc {
     pt_sampler sampler;
     pt_filter filter;
     float filter_radius;                                  /* pixels, up to 64; 0 = the filter's own */
-    pt_weights weights;                                   /* NEE: lights to environment as here, and none if both are 0 */
+    pt_weights weights;                                   /* NEE: lights to environment as here; none with bsdf alone */
     pt_integrator integrator;
     pt_roulette roulette;
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
@@ -6151,8 +6152,8 @@ typedef struct pti_mixture {
     const pti_surface *surface;
     pti_receiver receiver;                               /* where rays on wo's side start: lamps are aimed at from there */
     int sky;                                             /* which of the environment's tables */
-    float bsdf, lights, environment, users;              /* w_i; users is the sum over all user densities, which is */
-    float asked;                                         /* what they ask for, or less */
+    float bsdf, lights, environment, users;              /* w_i; users: of all the user's densities together */
+    float asked;                                         /* sum of their weight x importance; users is less once calmed */
 } pti_mixture;
 
 /* Does all scattering stay on wo's side? */
@@ -6227,9 +6228,9 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
        dM/dw_i = -E[v^2 p_i / p] = -G_i,
    and where it is least for shares whose sum is 1, all G_i are equal. The step
        w_i  <-  w_i sqrt(G_i) / sum,
-   stands still just there, and gets there at once where no direction is drawn by two parts. But some thousand paths do not see
-   what is rare, such as light from the floor by way of metal to the sun, and it weighs 1 / w: so each part keeps some. Shares are learned in cells: a hash of the place, in cubes a quarter of the distance to the
-   camera wide, of the main direction of the normal, and the material. Two that share a cell share weights: no harm. */
+   stands still just there, and gets there at once where no direction is drawn by two parts, since G_i = c_i / w_i^2 there. But some thousand paths do not see
+   what is rare, such as light from the floor by way of metal to the sun, and it weighs 1 / w: so each part keeps some. Shares are learned in cells: a hash of the place, in cubes an eighth to a quarter of the
+   distance to the camera wide, of the main direction of the normal, and the material. Two that share a cell share weights: no harm. */
 #define PTI_SHARE_CELLS 4096
 #define PTI_SHARE_PRIOR 4                                /* as many records say that all is well as it is */
 #define PTI_SHARE_TRAIL 16                               /* vertices of a path that are remembered */
@@ -6325,6 +6326,8 @@ static int pti_mixture_sample_lights(const pti_mixture *m, uint32_t u, uint32_t 
     return pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), wi);
 }
 
+static int pti_is_direction(pt_vec3 d) { return fabsf(pti_dot(d, d) - 1) < 1e-3f; }         /* not with NaN */
+
 /* A next direction: weight = f |cos| / p. */
 typedef struct pti_step { pt_vec3 wi, weight; int delta; float p; } pti_step;   /* p: 0 of a delta */
 
@@ -6359,6 +6362,8 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
         step->weight = pti_scale(scatter.f, 1 / (m->bsdf * scatter.pdf));
         return 1;
     }
+    step->weight = pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the path will see it */
+    if (!pti_is_direction(step->wi)) return 1;
     p = pti_mixture_pdf(m, step->wi, &f);
     if (pti_is_zero3(f) || p <= 0) return 0;             /* NaN goes on: the film will count it */
     step->p = p;
@@ -6376,7 +6381,7 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
     r->cell = pti_share_cell(s, m->x);
     r->L = L;
     r->beta = beta;
-    r->share[PTI_PART_LIGHTS] = m->lights / calm;
+    r->share[PTI_PART_LIGHTS] = m->lights / calm;        /* as it was; of calm there is time enough later */
     r->share[PTI_PART_ENVIRONMENT] = m->environment / calm;
     r->share[PTI_PART_BSDF] = pti_max(1 - (m->users + m->lights + m->environment) / calm, 0);
     r->part[PTI_PART_BSDF] = step->p > 0 ? pti_surface_eval(m->surface, step->wi, &f) / step->p : 0.0f;
@@ -6576,7 +6581,7 @@ static float pti_nee_pdf(const pti_nee *n, pt_vec3 wi, int each) {
     return m->environment > 0 ? p + n->each * pti_environment_pdf(&m->scene->environment, m->sky, wi) : p;
 }
 static float pti_power_heuristic(float p, float other) {
-    float r = other / p;
+    float r = p > 0 ? other / p : 0.0f;
     return p > 0 ? 1 / (1 + r * r) : 0.0f;
 }
 /* The weight of emission that the path's own ray along wi found. */
@@ -6665,14 +6670,14 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         if (t->max_diffuse && diffuse == t->max_diffuse && !pti_surface_drop_diffuse(&surface)) return L;
         if (!pti_path_goes_on(t, &surface, &beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
-        if (t->integrator) L = pti_add(L, pti_mul(beta, pti_nee_at(t, &mix, sampler, (uint32_t)depth, &nee, rays)));
-        else if (t->shares && mix.bsdf < 1) pti_mixture_learned(&mix, t->shares);
+        if (t->shares && mix.bsdf < 1) pti_mixture_learned(&mix, t->shares);
         calm = pti_mixture_calm(&mix, pti_largest(potential));
+        if (t->integrator) L = pti_add(L, pti_mul(beta, pti_nee_at(t, &mix, sampler, (uint32_t)depth, &nee, rays)));
         drawn = pti_mixture_sample(&mix, u[0], u[1], choice, &step);
         if (trail) pti_mixture_note(&mix, calm, &step, t->shares, L, beta, trail);
         if (!drawn) return L;
         if (t->max_diffuse) diffuse += pti_step_is_diffuse(&surface, &step, pti_hash2(sampler->index, u[1]));
-        if (!(fabsf(pti_dot(step.wi, step.wi) - 1) < 1e-3f) || !pti_finite3(step.weight))
+        if (!pti_is_direction(step.wi) || !pti_finite3(step.weight))
             return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
         if (t->integrator) nee.p = step.p;
         beta = pti_mul(beta, step.weight);
@@ -7127,10 +7132,10 @@ static int pti_check_render(pt_render *r, int *isa) {
         && pti_check_float(r, d->filter_radius >= 0 && d->filter_radius <= 64, d->filter_radius,
                            "filter_radius must be up to 64, or 0 for the filter's own")
         && pti_check_camera(r, &d->camera) && pti_check_isa(r, d->isa, isa)
-        && pti_check_float(r, w->bsdf >= 0 && w->bsdf <= 1e6f, w->bsdf, "weights.bsdf must be finite and >= 0")
-        && pti_check_float(r, w->lights >= 0 && w->lights <= 1e6f, w->lights, "weights.lights must be finite and >= 0")
+        && pti_check_float(r, w->bsdf >= 0 && w->bsdf <= 1e6f, w->bsdf, "weights.bsdf must be 0 to 1e6")
+        && pti_check_float(r, w->lights >= 0 && w->lights <= 1e6f, w->lights, "weights.lights must be 0 to 1e6")
         && pti_check_float(r, w->environment >= 0 && w->environment <= 1e6f, w->environment,
-                           "weights.environment must be finite and >= 0");
+                           "weights.environment must be 0 to 1e6");
 }
 static int pti_render_learns(const pt_render *r) {       /* is there anything to share? */
     const pt_weights *w = &r->desc.weights;
@@ -7264,8 +7269,7 @@ static int pti_is_cancelled(pt_render *r) {
     return c;
 }
 /* Paths that go ahead, all over the picture as if it were one pixel, so that the mixture learns its shares; in two passes, the
-   second with what the first has learned. One thread does it while the others wait: it takes hundredths of a second. What
-   they carry is thrown away. Their number depends on nothing but the picture's size. 0: cancelled. */
+   second with what the first has learned. One thread does it while the others wait. What they carry is thrown away. Their number depends on nothing but the picture's size. 0: cancelled. */
 #define PTI_AHEAD 32768
 #define PTI_AHEAD_SEED 0x0a4eadu
 static int pti_render_ahead(pt_render *r) {

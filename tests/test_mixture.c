@@ -340,6 +340,30 @@ static void hidden_lamps_lose_their_share(void) {
     }
 }
 
+/* Directions of a user's that are none, where tables wait to be looked up by them: counted, and nothing worse. */
+static pt_vec3 astray;
+static int astray_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) { (void)user; (void)x; (void)u; *wi = astray; return 1; }
+static void directions_that_are_none(void) {
+    static const float bad[][3] = { { (float)NAN, 0, 0 }, { HUGE_VALF, 0, 0 }, { 0, 1e20f, 0 }, { 0, 0, 0 }, { -1e-20f, 0, 2 }, { 3e38f, 3e38f, 3e38f } };
+    static float table[6 * 6 * 3];
+    int i, k;
+    for (i = 0; i < 6 * 6 * 3; i++) table[i] = 0.2f;
+    for (i = 0; i < 6; i++) for (k = 0; k < 2; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(0, 1, 1), pt_v3(0, 0, 0), 30, 8, 4);
+        pt_measured m = pt_add_measured(s, &(pt_measured_desc){ .values = table, .cells_h = 6, .cells_d = 6, .cells_p = 1 });
+        pt_stats stats;
+        float rgb[3 * 8 * 8];
+        astray = pt_v3(bad[i][0], bad[i][1], bad[i][2]);
+        floor_of(s, 5, k ? pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_MEASURED, .measured = m }) : diffuse(s, 0.5f));
+        sunny(s, 1, 0);
+        pt_add_density(s, &(pt_density_desc){ .sample = astray_sample, .pdf = sphere_pdf });
+        test_case("direction %d, %s", i, k ? "measured" : "diffuse");
+        if (commit(s) && render(s, &d, rgb, &stats)) CHECK(stats.discarded > 0 && stats.discarded < 200);
+        pt_scene_destroy(s);
+    }
+}
+
 /* ---- agreement: no weights change the mean of a picture ---- */
 
 static void agreement(const char *name, scene_builder *build, scene_builder *plain) {
@@ -424,7 +448,7 @@ static void halves_agree(void) {
 void test_mixture(void) {
     RUN(density_of_everything); RUN(density_less_what_is_lost); RUN(weights_of_steps);
     RUN(shares_that_are_set); RUN(shares_that_are_automatic); RUN(lights_nearby_weigh_more); RUN(shares_of_densities);
-    RUN(shares_step_to_the_best); RUN(hidden_lamps_lose_their_share);
+    RUN(directions_that_are_none); RUN(shares_step_to_the_best); RUN(hidden_lamps_lose_their_share);
     RUN(agrees_in_cornell_box); RUN(agrees_by_the_wall); RUN(agrees_on_hidden_lights); RUN(agrees_on_a_mesh_light);
     RUN(agrees_under_the_sun); RUN(agrees_on_mirror_and_glass); RUN(agrees_on_instances); RUN(agrees_in_a_closed_room);
     RUN(agrees_with_densities); RUN(agrees_through_a_lens); RUN(agrees_in_a_white_room);
