@@ -43,7 +43,7 @@ matrix() {                            # COMPILER LANGUAGE SUFFIX
     case $language in *c99) strict=-Wstrict-prototypes;; esac
     all='-DPT_STATIC -DPT_NO_THREADS -DPT_NO_STDIO -DPT_NO_SIMD'
     for switches in '' -DPT_STATIC -DPT_NO_THREADS -DPT_NO_STDIO -DPT_NO_SIMD "$all"; do
-        case $switches in '' | "$all") how='-O2 -c -o';; *) how='-O0 -c -o';; esac
+        case $language$switches in *20*) how='-fsyntax-only -o';; *11 | *99 | *"$all") how='-O2 -c -o';; *) how='-O0 -c -o';; esac
         # shellcheck disable=SC2086   # flags are several words
         step "$compiler $language ${how% -o} $switches" $compiler $language $warnings $strict $switches -I. $how "$object" \
             "$out/alone.$suffix"

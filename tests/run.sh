@@ -6,8 +6,18 @@ count='^[0-9][0-9]* passed, [0-9][0-9]* failed\(, [0-9][0-9]* skipped\)*$'
 passed=0 failed=0 skipped=0
 log=$(mktemp) || exit 1
 trap 'rm -f "$log" "$log.code"' EXIT
+n=0
+for suite in "$@"; do                 # side by side; each is shown when it is done, in the order given
+    n=$((n + 1))
+    { $suite > "$log.$n" 2>&1; echo $? > "$log.$n.code"; } &
+done
+wait
+n=0
 for suite in "$@"; do
-    { $suite 2>&1; echo $? > "$log.code"; } | tee "$log" | grep -v "$count"        # the count is held back
+    n=$((n + 1))
+    mv "$log.$n" "$log"
+    mv "$log.$n.code" "$log.code"
+    grep -v "$count" "$log"           # the count is held back
     code=$(cat "$log.code")
     # shellcheck disable=SC2046   # the three numbers are wanted as words
     set_counts() { p=${1:-} f=${2:-} s=${3:-0}; }
