@@ -5,14 +5,11 @@
 Renders each setting (all, if none is named) under the map, and writes to the folder OUT
     cycles.csv      setting,region,r,g,b,se_r,se_g,se_b: means over the regions of the picture, and their standard errors
     SETTING.pfm     the picture
-Rows of cycles.csv for other settings stay. Made for Blender 3.4. Both programs in one line, which skips without Blender:
+Rows of cycles.csv for other settings stay. Both programs in one line, which skips without Blender:
 
     mkdir -p out/materials && cc -O2 tests/bench/compare_materials.c -o out/compare_materials -lm -lpthread &&
     { ! command -v blender || blender -b --factory-startup -t 1 -P tests/bench/compare_materials.py -- MAP.hdr out/materials; } &&
     out/compare_materials MAP.hdr out/materials
-
-pt.h looks at a map's middle along -z, with +x to its right and +y up; Cycles along +x, with -y to its right and +z up.
-So (x, y, z) there is (-z, -x, y) here, and the map needs no turning.
 """
 import math
 import os
@@ -20,7 +17,10 @@ import sys
 
 import bpy
 import numpy
-from mathutils import Vector
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.dont_write_bytecode = True
+from cycles_scene import add_map, depth, look, settings, take_pixels  # noqa: E402
 
 SIZE, SEEDS, SPP = 128, 8, 64
 EYE, VFOV = (4, 2, 4), 20.5                              # the same numbers stand in compare_materials.c
@@ -123,60 +123,19 @@ SETTINGS = {
 }
 
 
-def here(v):
-    return Vector((-v[2], -v[0], v[1]))
-
-
 def make_scene(path):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
-    half = math.tan(math.radians(VFOV / 2))
-
-    lens = bpy.data.cameras.new("camera")
-    lens.sensor_fit, lens.sensor_height = "VERTICAL", 24
-    lens.sensor_width = 24
-    lens.lens = 12 / half
-    camera = bpy.data.objects.new("camera", lens)
-    camera.location = here(EYE)
-    camera.rotation_euler = (-here(EYE)).to_track_quat("-Z", "Y").to_euler()
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-
+    look(scene, EYE, (0, 0, 0), VFOV)
     bpy.ops.mesh.primitive_uv_sphere_add(segments=512, ring_count=256, radius=1)
     sphere = bpy.context.object
     bpy.ops.object.shade_smooth()
-
-    world = bpy.data.worlds.new("world")
-    world.use_nodes = True
-    tree = world.node_tree
-    tree.nodes.clear()
-    sky = tree.nodes.new("ShaderNodeTexEnvironment")
-    sky.image = bpy.data.images.load(os.path.abspath(path))
-    sky.image.colorspace_settings.name = "Non-Color"
-    background, output = tree.nodes.new("ShaderNodeBackground"), tree.nodes.new("ShaderNodeOutputWorld")
-    tree.links.new(sky.outputs[0], background.inputs[0])
-    tree.links.new(background.outputs[0], output.inputs[0])
-    world.cycles.sampling_method = "MANUAL"
-    world.cycles.sample_map_resolution = 1024
-    scene.world = world
-
-    scene.render.engine = "CYCLES"
-    c, r = scene.cycles, scene.render
-    c.device, c.samples, c.use_adaptive_sampling, c.use_denoising = "CPU", SPP, False, False
-    c.sample_clamp_direct = c.sample_clamp_indirect = c.blur_glossy = c.light_sampling_threshold = 0
-    c.caustics_reflective = c.caustics_refractive = True
-    c.max_bounces = c.diffuse_bounces = c.glossy_bounces = c.transmission_bounces = 64
-    c.min_light_bounces = 0
-    c.pixel_filter_type = "BOX"                          # one pixel wide
-    if hasattr(c, "use_light_tree"):
-        c.use_light_tree = False
-    r.resolution_x = r.resolution_y = SIZE
-    r.resolution_percentage = 100
-    r.film_transparent = r.use_compositing = r.use_sequencer = False
-    r.use_persistent_data = True
-    r.dither_intensity = 0
-    r.image_settings.file_format, r.image_settings.color_depth = "OPEN_EXR", "32"
-    scene.view_settings.view_transform = "Raw"
+    add_map(scene, path)
+    settings(scene, SIZE)
+    depth(scene, 65)
+    scene.cycles.samples = SPP
+    if hasattr(scene.cycles, "use_light_tree"):
+        scene.cycles.use_light_tree = False
     return scene, sphere
 
 
@@ -185,14 +144,7 @@ def render(scene, path, seed):
     scene.cycles.seed = seed
     scene.render.filepath = path
     bpy.ops.render.render(write_still=True)
-    image = bpy.data.images.load(path)
-    image.colorspace_settings.name = "Non-Color"
-    pixels = numpy.empty(SIZE * SIZE * image.channels, dtype=numpy.float32)
-    image.pixels.foreach_get(pixels)
-    pixels = pixels.reshape(SIZE, SIZE, image.channels)[::-1, :, :3].astype(numpy.float64)
-    bpy.data.images.remove(image)
-    os.remove(path)
-    return pixels
+    return take_pixels(path, SIZE)[::-1].astype(numpy.float64)
 
 
 def regions():

@@ -5,21 +5,12 @@
    seed. Times are the processor's. Pictures go to out/many_lights_*.png. */
 #define PT_IMPLEMENTATION
 #include "../../pt.h"
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/resource.h>
+#include "efficiency.h"
 
 enum { COLORS = 6, LEVELS = 8, HOUSES = 13 };
 #define BLOCK 9.0f                                       /* metres from house to house */
 
 typedef struct settings { int width, height, spp, reference, picture; } settings;
-
-static double seconds(void) {
-    struct rusage u;
-    getrusage(RUSAGE_SELF, &u);
-    return (double)(u.ru_utime.tv_sec + u.ru_stime.tv_sec) + 1e-6 * (double)(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
-}
 
 /* ---- the city */
 
@@ -114,36 +105,23 @@ static pt_scene *city(size_t lamps, pt_light_choice choose) {
 
 typedef struct run { double time; pt_stats stats; float *rgb; } run;
 static run render(const pt_scene *s, int width, int height, int spp, uint64_t seed) {
-    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = width, .height = height, .spp = spp, .max_depth = 2, .seed = seed,
-        .camera = { .eye = {-14, 34, 44}, .target = {1, 0, 2}, .vfov_deg = 40 } });
-    size_t size = (size_t)width * (size_t)height * 3 * sizeof(float);
+    pt_render_desc d = { .width = width, .height = height, .spp = spp, .max_depth = 2, .seed = seed,
+        .camera = { .eye = {-14, 34, 44}, .target = {1, 0, 2}, .vfov_deg = 40 } };
     run out = { 0, { 0, 0, 0, 0 }, NULL };
-    double start = seconds();
-    if (pt_render_run(r) != PT_OK) { fprintf(stderr, "%s\n", pt_render_error(r)); exit(1); }
-    out.time = seconds() - start;
-    out.stats = pt_render_stats(r);
-    out.rgb = (float *)malloc(size);
+    out.rgb = render_copy(s, &d, &out.stats, &out.time);
     if (!out.rgb) exit(1);
-    memcpy(out.rgb, pt_render_pixels(r), size);
-    pt_render_destroy(r);
     return out;
-}
-static double relative_error(const float *x, const float *r, size_t n) {
-    double sum = 0;
-    size_t i;
-    for (i = 0; i < n; i++) { double d = (double)x[i] - (double)r[i]; sum += d * d / ((double)r[i] * (double)r[i] + 0.01); }
-    return sum / (double)n;
 }
 static void compare(size_t lamps, const settings *q) {
     static const char *const names[] = { "tree", "power", "uniform" };
     size_t n = (size_t)q->width * (size_t)q->height * 3;
-    double start = seconds(), cost[3], build;
+    double start = processor_seconds(), cost[3], build;
     pt_scene *s = city(lamps, PT_CHOOSE_TREE);
-    run reference, it;
+    run truth, it;
     char path[64];
     int k;
-    build = seconds() - start;
-    reference = render(s, q->width, q->height, q->reference, 99);
+    build = processor_seconds() - start;
+    truth = render(s, q->width, q->height, q->reference, 99);
     if (q->picture) {
         it = render(s, 6 * q->width, 6 * q->height, q->picture, 1);
         snprintf(path, sizeof path, "out/many_lights_%lu.png", (unsigned long)lamps);
@@ -157,7 +135,7 @@ static void compare(size_t lamps, const settings *q) {
         s = city(lamps, (pt_light_choice)k);
         it = render(s, q->width, q->height, q->spp, 1);
         pt_scene_destroy(s);
-        error = relative_error(it.rgb, reference.rgb, n);
+        error = relative_error(it.rgb, truth.rgb, n);
         cost[k] = error * it.time;
         printf("    %-8s %7.1f ns a ray   relMSE %10.5f   relMSE x s %10.5f   efficiency %7.1f times uniform's\n", names[k],
                it.time / (double)it.stats.rays * 1e9, error, cost[k], cost[2] / cost[k]);
@@ -166,7 +144,7 @@ static void compare(size_t lamps, const settings *q) {
         pt_write_png(path, it.rgb, q->width, q->height, &(pt_encoding){ .curve = PT_CURVE_FILMIC, .exposure_stops = -1.5f });
         free(it.rgb);
     }
-    free(reference.rgb);
+    free(truth.rgb);
 }
 
 /* ---- what the tree itself costs: to build, to draw from, and to ask for a density, from random places in random directions */
@@ -205,7 +183,7 @@ static void walks(size_t most) {
             if (pt_scene_commit(s) != PT_OK) exit(1);
             for (pass = 0; pass < 2; pass++) {
                 pt_rng_seed(&rng, 9, 9);
-                start = seconds();
+                start = processor_seconds();
                 for (i = 0; i < n; i++) {
                     pti_receiver r;
                     pt_vec3 wi, other;
@@ -219,14 +197,14 @@ static void walks(size_t most) {
                     if (pass) sum += (float)pti_lights_sample(l, &r, choice, u, v, &other);
                     else sum += pti_lights_pdf(l, &r, wi);
                 }
-                spent[pass] = (seconds() - start) / (double)n;
+                spent[pass] = (processor_seconds() - start) / (double)n;
             }
             i = l->node_capacity;
             pti_free(&s->allocator, l->nodes, l->node_capacity, sizeof *l->nodes);
             l->nodes = NULL;
-            start = seconds();
+            start = processor_seconds();
             if (!pti_lights_build(l, &s->allocator)) exit(1);
-            spent[2] = (seconds() - start) / (double)count;
+            spent[2] = (processor_seconds() - start) / (double)count;
             printf("   %8.0f %8.0f %10.0f   ", spent[0] * 1e9, spent[1] * 1e9, count < 1000 ? 0 : spent[2] * 1e9);
             if (wall) printf("%9.0f", (double)(i * sizeof *l->nodes + count * sizeof *l->emitters) / (double)count);
             if (sum < 0) printf("?");

@@ -14,16 +14,6 @@ static const struct { const char *name; pt_integrator integrator; pt_weights wei
 };
 enum { WAYS = sizeof ways / sizeof *ways };
 
-static pt_scene *scene_of(const sampling_scene *c, pt_render_desc *d, int size, int spp) {
-    pt_scene *s = pt_scene_create(NULL);
-    memset(d, 0, sizeof *d);
-    d->width = d->height = size;
-    d->spp = spp;
-    d->threads = 2;
-    c->build(s, d);
-    if (pt_scene_commit(s) != PT_OK) { printf("%s: %s\n", c->name, pt_scene_error(s)); exit(1); }
-    return s;
-}
 static void small_lamp(const settings *set) {
     const sampling_scene *c = sampling_scenes + 1;
     int size = set->quick ? 64 : 128, spp = set->quick ? 16 : 64, i;

@@ -36,16 +36,6 @@ static void light_without(pt_scene *s, pt_render_desc *d) {
 }
 static const sampling_scene nested[2] = { { "light_within", light_within, 16384 }, { "light_without", light_without, 16384 } };
 
-static pt_scene *scene_of(const sampling_scene *c, pt_render_desc *d, int size, int spp) {
-    pt_scene *s = pt_scene_create(NULL);
-    memset(d, 0, sizeof *d);
-    d->width = d->height = size;
-    d->spp = spp;
-    d->threads = 2;
-    c->build(s, d);
-    if (pt_scene_commit(s) != PT_OK) { printf("%s: %s\n", c->name, pt_scene_error(s)); exit(1); }
-    return s;
-}
 /* One scene, all ways: what is printed for each, and the efficiencies of the first two to that of none. */
 static void compare(const settings *set, const sampling_scene *c, int picture, double *sum, int renders) {
     int size = set->quick ? 32 : 64, spp = set->quick ? 16 : 64, i;

@@ -8,7 +8,7 @@
 #include "../../pt.h"
 #include "efficiency.h"
 #include "sampling_scenes.h"
-#include <time.h>
+#include "timing.h"
 
 enum { THREADS = 2 };
 static const char *const names[] = { "cornell", "bunny_sunset", "metal_bunny" }, *const sides[] = { "pt.h", "cycles" };
@@ -16,33 +16,26 @@ enum { SCENES = sizeof names / sizeof *names };
 
 typedef struct race { const char *out; int size, spp, reference, seed, wall; } race;
 
-static double wall_seconds(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 static size_t numbers(const race *g) { return 3 * (size_t)g->size * (size_t)g->size; }
 
 static int render(const race *g, const char *name) {
-    pt_scene *s = pt_scene_create(NULL);
+    int k = 0, fine;
     pt_render_desc d;
+    pt_scene *s;
     char path[1024];
-    float *rgb = NULL;
+    float *rgb;
     double seconds, wall;
     FILE *f;
-    int k, fine = 0;
-    memset(&d, 0, sizeof d);
-    d.width = d.height = g->size;
-    d.spp = g->spp;
+    while (k < SAMPLING_SCENES && strcmp(name, sampling_scenes[k].name)) k++;
+    if (k == SAMPLING_SCENES) { printf("race_cycles: there is no scene %s\n", name); return 0; }
+    s = scene_of(sampling_scenes + k, &d, g->size, g->spp);
     d.seed = (uint64_t)g->seed;
     d.threads = THREADS;
-    for (k = 0; k < SAMPLING_SCENES; k++) if (!strcmp(name, sampling_scenes[k].name)) sampling_scenes[k].build(s, &d);
-    if (pt_scene_commit(s) != PT_OK) printf("%s: %s\n", name, pt_scene_error(s));
-    else if (g->seed == 0) fine = (rgb = reference(name, s, &d, g->reference)) != NULL;
+    if (g->seed == 0) fine = (rgb = reference(name, s, &d, g->reference)) != NULL;
     else {
-        wall = wall_seconds();
+        wall = now();
         rgb = render_copy(s, &d, NULL, &seconds);
-        wall = wall_seconds() - wall;
+        wall = now() - wall;
         snprintf(path, sizeof path, "%s/%s_pt.h_%d.pfm", g->out, name, g->seed);
         fine = rgb && pt_write_pfm(path, rgb, g->size, g->size) == PT_OK;
         snprintf(path, sizeof path, "%s/seconds.csv", g->out);

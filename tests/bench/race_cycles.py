@@ -6,12 +6,9 @@ Renders SCENE (cornell, bunny_sunset or metal_bunny) with SPP samples to OUT/SCE
 OUT/seconds.csv: SCENE,cycles,SEED, seconds of the processor and of the clock. Those are of rendering alone: half of what
 3 SPP samples take longer than SPP, so that all a render does but once (synchronising, trees, tables, files) cancels.
 Before the first race, SEED 0 makes a reference of REFERENCE samples: out/reference/SCENE_cycles_SIZExSIZE_REFERENCE.pfm.
-Made for Blender 3.4, with settings that favour it where there is a choice: the sun's map is sampled at its full
-resolution, the lamp is one of Cycles' own rectangles, and the better one of its samplers draws.
-
-(x, y, z) there is (-z, -x, y) here; see compare_materials.py.
+Settings favour it where there is a choice: the sun's map is sampled at its full resolution, the lamp is one of Cycles'
+own rectangles, and the better one of its samplers draws.
 """
-import math
 import os
 import resource
 import sys
@@ -21,11 +18,11 @@ import bpy
 import numpy
 from mathutils import Vector
 
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.dont_write_bytecode = True
+from cycles_scene import add_map, depth, here, look, settings, take_pixels  # noqa: E402
+
 MAP, BUNNY = "../shared/data/env/sunset.hdr", "../shared/data/meshes/stanford-bunny.obj"
-
-
-def here(v):
-    return Vector((-v[2], -v[0], v[1]))
 
 
 def material(name, kind, inputs, attributes=None):
@@ -84,40 +81,6 @@ def add_bunny(scene, m):
     add_mesh(scene, (p / (hi[1] - lo[1])).tolist(), faces, m, True)
 
 
-def add_map(scene):
-    world = bpy.data.worlds.new("world")
-    world.use_nodes = True
-    tree = world.node_tree
-    tree.nodes.clear()
-    sky = tree.nodes.new("ShaderNodeTexEnvironment")
-    sky.image = bpy.data.images.load(os.path.abspath(MAP))
-    sky.image.colorspace_settings.name = "Non-Color"
-    background, output = tree.nodes.new("ShaderNodeBackground"), tree.nodes.new("ShaderNodeOutputWorld")
-    tree.links.new(sky.outputs[0], background.inputs[0])
-    tree.links.new(background.outputs[0], output.inputs[0])
-    world.cycles.sampling_method = "MANUAL"
-    world.cycles.sample_map_resolution = sky.image.size[0]
-    scene.world = world
-
-
-def look(scene, eye, target, vfov):
-    lens = bpy.data.cameras.new("camera")
-    lens.sensor_fit, lens.sensor_height, lens.sensor_width = "VERTICAL", 24, 24
-    lens.lens = 12 / math.tan(math.radians(vfov / 2))
-    lens.clip_start = 1e-4
-    camera = bpy.data.objects.new("camera", lens)
-    camera.location = here(eye)
-    camera.rotation_euler = (here(target) - here(eye)).to_track_quat("-Z", "Y").to_euler()
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-
-
-def depth(scene, events):
-    """Blender counts bounces after the first surface that is seen."""
-    c = scene.cycles
-    c.max_bounces = c.diffuse_bounces = c.glossy_bounces = c.transmission_bounces = events - 1
-
-
 def cornell(scene):
     white = matte(.73, .73, .73)
     add_quad(scene, (0, 0, 0), (0, 0, 1), (1, 0, 0), white)
@@ -141,7 +104,7 @@ def cornell(scene):
 def bunny(scene, m):
     add_quad(scene, (-6, 0, 6), (12, 0, 0), (0, 0, -12), matte(.6, .6, .6))
     add_bunny(scene, m)
-    add_map(scene)
+    add_map(scene, MAP)
     look(scene, (0, 1, 2.6), (0, .45, 0), 40)
     depth(scene, 64)
 
@@ -157,22 +120,9 @@ def make(name, size):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     SCENES[name](scene)
-    scene.render.engine = "CYCLES"
-    c, r = scene.cycles, scene.render
-    c.device, c.use_adaptive_sampling, c.use_denoising = "CPU", False, False
-    c.sample_clamp_direct = c.sample_clamp_indirect = c.blur_glossy = c.light_sampling_threshold = 0
-    c.caustics_reflective = c.caustics_refractive = True
-    c.min_light_bounces = 0                              # roulette as it likes
-    c.pixel_filter_type = "BOX"                          # one pixel wide
-    c.sampling_pattern = "SOBOL"
-    c.debug_bvh_type = "STATIC_BVH"
-    r.resolution_x = r.resolution_y = size
-    r.resolution_percentage = 100
-    r.film_transparent = r.use_compositing = r.use_sequencer = False
-    r.use_persistent_data = True
-    r.dither_intensity = 0
-    r.image_settings.file_format, r.image_settings.color_depth = "OPEN_EXR", "32"
-    scene.view_settings.view_transform = "Raw"
+    settings(scene, size)
+    scene.cycles.sampling_pattern = "SOBOL"
+    scene.cycles.debug_bvh_type = "STATIC_BVH"
     return scene
 
 
@@ -186,15 +136,10 @@ def render(scene, path, spp, seed):
 
 
 def move_to_pfm(exr, pfm, size):
-    image = bpy.data.images.load(exr)
-    image.colorspace_settings.name = "Non-Color"
-    pixels = numpy.empty(size * size * image.channels, dtype=numpy.float32)
-    image.pixels.foreach_get(pixels)                     # bottom row first, as in a PFM file
+    pixels = take_pixels(exr, size)                      # bottom row first, as in a PFM file
     with open(pfm, "wb") as f:
         f.write(b"PF\n%d %d\n-1\n" % (size, size))
-        f.write(pixels.reshape(size, size, image.channels)[:, :, :3].astype("<f4").tobytes())
-    bpy.data.images.remove(image)
-    os.remove(exr)
+        f.write(pixels.astype("<f4").tobytes())
 
 
 def main():

@@ -14,18 +14,12 @@ static int measured;
 static void measure(const sampling_scene *c) {
     static const float weights[] = { .05f, .25f, .5f, .75f, 1 };
     enum { FIXED = sizeof weights / sizeof *weights };
-    pt_scene *s = pt_scene_create(NULL);
     pt_render_desc d;
+    pt_scene *s = scene_of(c, &d, size, spp);
     efficiency e;
     double cost[FIXED + 1], best = 1e30, best_error = 1e30;
     float *r;
     int i;
-    memset(&d, 0, sizeof d);
-    d.width = d.height = size;
-    d.spp = spp;
-    d.threads = 2;
-    c->build(s, &d);
-    if (pt_scene_commit(s) != PT_OK) { printf("%s: %s\n", c->name, pt_scene_error(s)); exit(1); }
     r = reference(c->name, s, &d, c->reference);
     printf("%-14s", c->name);
     for (i = 0; i <= FIXED; i++) {

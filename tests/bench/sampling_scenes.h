@@ -3,6 +3,8 @@
 #ifndef SAMPLING_SCENES_H
 #define SAMPLING_SCENES_H
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct sampling_scene {
@@ -221,5 +223,16 @@ static const sampling_scene sampling_scenes[] = {
     { "many_lamps", scene_many_lamps, 16384 }, { "indirect", scene_indirect, 32768 }, { "glass_lamp", scene_glass_lamp, 32768 },
     { "glossy", scene_glossy, 16384 }, { "window", scene_window, 32768 }
 };
+/* One of them, committed, and a description to render it by. */
+static inline pt_scene *scene_of(const sampling_scene *c, pt_render_desc *d, int size, int spp) {
+    pt_scene *s = pt_scene_create(NULL);
+    memset(d, 0, sizeof *d);
+    d->width = d->height = size;
+    d->spp = spp;
+    d->threads = 2;
+    c->build(s, d);
+    if (pt_scene_commit(s) != PT_OK) { printf("%s: %s\n", c->name, pt_scene_error(s)); exit(1); }
+    return s;
+}
 enum { SAMPLING_SCENES = sizeof sampling_scenes / sizeof *sampling_scenes };
 #endif
