@@ -438,6 +438,9 @@ typedef struct pt_render_desc {
     int max_diffuse;                                      /* of them by diffuse lobes: diffuse, translucent, fuzz, users'.
                                                              1 is for outdoors: direct light alone, and that in mirrors,
                                                              in gloss and through glass; 0 = no limit but max_depth */
+    int max_split;                                        /* a path that is worth much goes on along up to so many rays, each
+                                                             for a part of it: 1 to 8, 0 = 8. 1 is the paper's one ray a
+                                                             vertex; next-event estimation has that always */
     int tile, threads;                                    /* up to 65536, 0 = 32 pixels; up to 4096, 0 = one a core */
     uint64_t seed;
     int first_sample;                                     /* of a larger render that several machines share */
@@ -3967,7 +3970,7 @@ static void pti_surface_at(const pti_material *m, const pt_vertex *x, pti_surfac
     s->delta = 0;
     s->squeeze = 1;
     if (m->plain) {
-        s->count = 1;
+        s->count = !pti_is_zero3(m->desc.color);
         s->lobes[0].kind = PTI_LAMBERT;
         s->lobes[0].share = 1;
         s->lobes[0].color = m->desc.color;
@@ -6224,26 +6227,35 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     return mix;
 }
 /* Nobody knows beforehand what a part will bring: lamps hide, the sky is behind a roof. So some thousand paths go ahead of the
-   picture (see >>render) and look. The second moment of what a vertex sends on, v = f L |cos| / p, has the derivatives
-       dM/dw_i = -E[v^2 p_i / p] = -G_i,
-   and where it is least for shares whose sum is 1, all G_i are equal. The step
-       w_i  <-  w_i sqrt(G_i) / sum,
-   stands still just there, and gets there at once where no direction is drawn by two parts, since G_i = c_i / w_i^2 there. But some thousand paths do not see
-   what is rare, such as light from the floor by way of metal to the sun, and it weighs 1 / w: so each part keeps some. Shares are learned in cells: a hash of the place, in cubes an eighth to a quarter of the
-   distance to the camera wide, of the main direction of the normal, and the material. Two that share a cell share weights: no harm. */
+   picture (see >>render) and look. The second moment of what a vertex sends on, v = f L |cos| / p, and what it costs, the c
+   rays from there on, have the derivatives
+       dM/dw_i = -E[v^2 p_i / p] = -G_i,    dC/dw_i = E[c p_i / p] = C_i.
+   M C is least where all G_i / C_i are equal: a ray to a lamp ends there, one from the BSDF is the first of several. The step
+       w_i  <-  w_i sqrt(G_i / C_i) / sum,
+   stands still just there, and gets there at once where no direction is drawn by two parts, since G_i = c_i / w_i^2 there.
+   But some thousand paths do not see what is rare, such as light from the floor by way of metal to the sun, and it weighs
+   1 / w: so each part keeps some. Shares are learned in cells: a hash of the place, in cubes an eighth to a quarter of the
+   distance to the camera wide, of the main direction of the normal, and the material. Two that share a cell share weights:
+   no harm. */
 #define PTI_SHARE_CELLS 4096
 #define PTI_SHARE_PRIOR 4                                /* as many records say that all is well as it is */
 #define PTI_SHARE_TRAIL 16                               /* vertices of a path that are remembered */
 enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PARTS };
 typedef struct pti_share { float part[PTI_PARTS]; } pti_share;           /* all 0: nobody was here */
-/* Of records; of the shares that they found, and of v^2 p_i / p. */
-typedef struct pti_share_sums { double count, share[PTI_PARTS], part[PTI_PARTS]; } pti_share_sums;
+/* Of records: of the shares that they found, of v^2 p_i / p, of p_i / p, and of c p_i / p. */
+typedef struct pti_share_sums { double count, share[PTI_PARTS], part[PTI_PARTS], drawn[PTI_PARTS], cost[PTI_PARTS]; }
+    pti_share_sums;
 typedef struct pti_shares {
     pt_vec3 eye;
     pti_share *cells;
     pti_share_sums *sums;                                /* of each cell, since the last step */
 } pti_shares;
-typedef struct pti_share_record { uint32_t cell; pt_vec3 L, beta; float share[PTI_PARTS], part[PTI_PARTS]; } pti_share_record;
+typedef struct pti_share_record {                        /* a vertex; rays: so far */
+    uint32_t cell;
+    uint64_t rays;
+    pt_vec3 L, beta;
+    float share[PTI_PARTS], part[PTI_PARTS];
+} pti_share_record;
 typedef struct pti_share_trail { int count; pti_share_record records[PTI_SHARE_TRAIL]; } pti_share_trail;
 
 /* 2^k / 4, with 2^k the power of two below x; exact, and so are quotients by it. */
@@ -6373,7 +6385,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
 
 /* For the shares: where that was, and what each part had to do with wi. L and beta are the path's, before its weight. */
 static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *step, const pti_shares *s, pt_vec3 L,
-                             pt_vec3 beta, pti_share_trail *trail) {
+                             pt_vec3 beta, uint64_t rays, pti_share_trail *trail) {
     pti_share_record *r = trail->records + trail->count;
     pt_vec3 f;
     if (trail->count == PTI_SHARE_TRAIL || step->delta || m->bsdf + m->users >= 1) return;
@@ -6381,6 +6393,7 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
     r->cell = pti_share_cell(s, m->x);
     r->L = L;
     r->beta = beta;
+    r->rays = rays;
     r->share[PTI_PART_LIGHTS] = m->lights / calm;        /* as it was; of calm there is time enough later */
     r->share[PTI_PART_ENVIRONMENT] = m->environment / calm;
     r->share[PTI_PART_BSDF] = pti_max(1 - (m->users + m->lights + m->environment) / calm, 0);
@@ -6392,7 +6405,7 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
 }
 static float pti_share_ratio(float L, float beta) { return L > 0 && beta > 0 ? L / beta : 0.0f; }
 /* A path has ended, with radiance L in all. */
-static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec3 L) {
+static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec3 L, uint64_t rays) {
     int i, k;
     if (!pti_finite3(L)) return;
     for (i = 0; i < trail->count; i++) {
@@ -6405,12 +6418,14 @@ static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec
         for (k = 0; k < PTI_PARTS; k++) {
             sums->share[k] += (double)r->share[k];
             sums->part[k] += v * v * (double)r->part[k];
+            sums->drawn[k] += (double)r->part[k];
+            sums->cost[k] += (double)r->part[k] * ((double)(rays - r->rays) + 1);
         }
     }
 }
 /* The step, for all cells that were visited. */
 static void pti_shares_step(pti_shares *s) {
-    static const double least[PTI_PARTS] = { 0.3, 0.15, 0.15 };
+    static const double least[PTI_PARTS] = { 0.3, 0.25, 0.25 };
     const double prior = PTI_SHARE_PRIOR;
     int i, k;
     for (i = 0; i < PTI_SHARE_CELLS; i++) {
@@ -6419,7 +6434,7 @@ static void pti_shares_step(pti_shares *s) {
         for (k = 0; k < PTI_PARTS; k++) mean += sums->share[k] * sums->part[k] / (sums->count * sums->count + 1e-30);
         for (k = 0; k < PTI_PARTS; k++) {
             double g = mean > 0 ? (sums->part[k] / mean + prior) / (sums->count + prior) : 1.0;
-            sum += w[k] = sums->share[k] * sqrt(g);
+            sum += w[k] = sums->share[k] * sqrt(g * (sums->drawn[k] + prior) / (sums->cost[k] + 2 * prior));
         }
         if (!(sum > 0)) continue;
         for (mean = 0, k = 0; k < PTI_PARTS; k++) {
@@ -6432,9 +6447,10 @@ static void pti_shares_step(pti_shares *s) {
 }
 
 /* ---- >>path --------------------------------------------------------------------------------------------
-   The estimator, one ray a vertex:
+   The estimator, one ray a vertex, or several strata of one:
        L += beta Le;   wi ~ p;   beta *= f |cos| / p
-   Dimensions: group 0 is the pixel's, group 1 + k that of vertex k; the moment and the wavelength have their own. */
+   Dimensions: group 0 is the pixel's, group 1 + k that of vertex k, unless the path came from a split; the moment and the
+   wavelength have their own. */
 #define PTI_GROUP_SHUTTER 0xffffffffu                    /* no path has so many vertices */
 #define PTI_GROUP_WAVELENGTH 0xfffffffeu
 #define PTI_GROUP_SHADOW 0x80000000u                     /* half of all groups */
@@ -6445,7 +6461,7 @@ typedef struct pti_tracer {                              /* what all paths of a 
     pt_weights weights;
     pt_integrator integrator;
     pt_roulette roulette;
-    int max_depth, max_diffuse;
+    int max_depth, max_diffuse, max_split;
     const pti_shares *shares;                            /* NULL: none were learned */
 } pti_tracer;
 
@@ -6641,52 +6657,128 @@ static pt_vec3 pti_nee_at(const pti_tracer *t, pti_mixture *m, const pti_sampler
                 : pti_nee_one(t, n, m, sampler, PTI_GROUP_SHADOW | depth, rays);
 }
 
+/* A path that is to go on along a ray. */
+typedef struct pti_path {
+    pt_vec3 org, dir, beta, potential;
+    float wavelength;                                    /* 0: all of them */
+    uint32_t group;                                      /* of numbers, for its next vertex */
+    int depth, diffuse;                                  /* scatterings so far, and those by diffuse lobes */
+} pti_path;
+/* One sample: its paths that are still to be followed, the last one first, and what they have brought. */
+#define PTI_PATHS 24
+typedef struct pti_walk {
+    const pti_tracer *tracer;
+    const pti_sampler *sampler;
+    pti_path path[PTI_PATHS];
+    int count;
+    float time;
+    pt_vec3 L;
+    pti_nee nee;
+    uint64_t *rays;
+    pti_share_trail *trail;                              /* NULL but for paths that go ahead */
+} pti_walk;
+
+/* Splitting, the other half of roulette (Arvo and Kirk 1990; by what a path can still bring: Vorba and Krivanek 2016). A path
+   goes on along n rays that weigh 1/n each: so many that the potential of none is above a half, and, while it is above a
+   third, so many that the BSDF draws one of them, whatever shares the lights have. They are strata of one number: ray k has
+   u + k/n (mod 1), and so its own part of the mixture. Veach's balance heuristic with several samples is just this, and
+   all that next-event estimation has; but a ray that does not reach the lamp that it was aimed at goes on as well. */
+#define PTI_SPLIT_POTENTIAL 0.5f
+#define PTI_SPLIT_BSDF 0.35f
+static int pti_path_split(const pti_walk *w, const pti_path *path, const pti_mixture *mix, uint32_t u) {
+    float potential = pti_largest(path->potential), n = potential * (1 / PTI_SPLIT_POTENTIAL);
+    int room = PTI_PATHS - w->count, most = room < w->tracer->max_split ? room : w->tracer->max_split;
+    if (most < 2 || w->trail || mix->surface->delta >= 0.999f) return 1;
+    if (potential >= PTI_SPLIT_BSDF) n = pti_max(n, 1 / pti_max(mix->bsdf, 0.01f));
+    if (!(n > 1)) return 1;                              /* nor with NaN */
+    return n < (float)most ? (int)n + pti_split(&u, n - floorf(n)) : most;
+}
+/* Ray k of n, from mix, where *path stands. The numbers of others than the first are shifted by a constant, which leaves them
+   stratified over the samples. */
+static void pti_path_send(pti_walk *w, pti_path path, const pti_mixture *mix, float calm, int k, int n, const uint32_t u[2],
+                          const uint32_t choice[2]) {
+    const pti_tracer *t = w->tracer;
+    const pti_surface *surface = mix->surface;
+    const pt_vertex *x = surface->x;
+    uint32_t shift = k ? pti_hash2(path.group, (uint32_t)k) & ~PTI_GROUP_SHADOW : 0, picks[2];
+    pti_step step;
+    int drawn;
+    picks[0] = choice[0] ^ shift; picks[1] = choice[1] ^ shift;
+    drawn = pti_mixture_sample(mix, u[0] + (uint32_t)(((uint64_t)k << 32) / (uint32_t)n), u[1] ^ shift, picks, &step);
+    if (w->trail) pti_mixture_note(mix, calm, &step, t->shares, w->L, path.beta, *w->rays, w->trail);
+    if (!drawn || w->L.x < 0) return;
+    if (!pti_is_direction(step.wi) || !pti_finite3(step.weight)) {
+        w->L = pt_v3(-1, -1, -1);                        /* a user's NaN, or no unit vector: the film will discard it */
+        w->count = 0;
+        return;
+    }
+    if (k) path.group = shift;
+    path.group++;
+    if (t->max_diffuse) path.diffuse += pti_step_is_diffuse(surface, &step, pti_hash2(path.group, u[1]));
+    path.beta = pti_mul(path.beta, step.weight);
+    if (!step.delta) path.potential = pti_mul(path.potential, step.weight);
+    if (!step.delta && surface->squeeze != 1 && !pti_same_side(x, x->wo, step.wi))
+        path.potential = pti_scale(path.potential, surface->squeeze);
+    path.org = pti_spawn(x, step.wi);
+    path.dir = step.wi;
+    path.depth++;
+    if (t->integrator) w->nee.p = step.p;
+    w->path[w->count++] = path;
+}
+/* Where a path's light may have come from: what its ray finds. */
+static void pti_path_found(pti_walk *w, const pti_path *path, pt_vec3 Le) {
+    w->L = pti_madd(pti_mul(path->beta, Le), pti_nee_found(w->tracer, &w->nee, path->dir), w->L);
+}
+/* Follows the last path to its next vertex, and sends it on from there. */
+static void pti_path_follow(pti_walk *w) {
+    const pti_tracer *t = w->tracer;
+    const pt_scene *s = t->scene;
+    pti_path path = w->path[--w->count];
+    pt_vertex x;
+    const pti_material *m = pti_path_trace(t, path.org, path.dir, w->time, &x, w->rays);
+    pti_surface surface;
+    pti_mixture mix;
+    uint32_t u[2], choice[2] = { 0, 0 };
+    float calm;
+    int n, k;
+    if (!m) { pti_path_found(w, &path, pti_environment_radiance(&s->environment, path.dir)); return; }
+    if (m->disperses && !(path.wavelength > 0)) path.wavelength = pti_path_wavelength(t, w->sampler, &path.beta);
+    x.wavelength = path.wavelength;
+    if (m->emits) pti_path_found(w, &path, pti_material_emission(m, &x));
+    if (path.depth == t->max_depth) return;
+    pti_surface_at(m, &x, &surface);
+    if (t->max_diffuse && path.diffuse == t->max_diffuse) pti_surface_drop_diffuse(&surface);
+    if (!surface.count) return;                          /* black, as lamps are */
+    pti_draw2(w->sampler, path.group, 0, u);
+    if (s->lights.count > 1 || s->density_count || m->wants_choice) pti_draw2(w->sampler, path.group, 1, choice);
+    if (!pti_path_goes_on(t, &surface, &path.beta, &path.potential, pti_hash2(w->sampler->index, u[0]))) return;
+    mix = pti_mixture_at(s, &surface, &t->weights);
+    if (t->shares && mix.bsdf < 1) pti_mixture_learned(&mix, t->shares);
+    n = pti_path_split(w, &path, &mix, pti_hash2(w->sampler->index, u[1]));
+    path.beta = pti_scale(path.beta, 1 / (float)n);
+    path.potential = pti_scale(path.potential, 1 / (float)n);
+    calm = pti_mixture_calm(&mix, pti_largest(path.potential));
+    if (t->integrator)
+        w->L = pti_add(w->L, pti_mul(path.beta, pti_nee_at(t, &mix, w->sampler, path.group, &w->nee, w->rays)));
+    for (k = 0; k < n; k++) pti_path_send(w, path, &mix, calm, k, n, u, choice);
+}
 /* wavelength: 0 where the camera let all of them through. trail: NULL but for paths that go ahead. */
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, const pt_ray *start, float wavelength,
                                  uint64_t *rays, pti_share_trail *trail) {
-    const pt_scene *s = t->scene;
-    pt_vec3 L = pt_v3(0, 0, 0), beta = pt_v3(1, 1, 1), potential = beta, org = start->org, dir = start->dir;
-    pti_nee nee;
-    int depth, drawn, diffuse = 0;
-    nee.p = 0;
-    for (depth = 0; ; depth++) {
-        pt_vertex x;
-        const pti_material *m = pti_path_trace(t, org, dir, start->time, &x, rays);
-        pti_surface surface;
-        pti_mixture mix;
-        pti_step step;
-        uint32_t u[2], choice[2] = { 0, 0 };
-        float calm;
-        if (!m)
-            return pti_madd(pti_mul(beta, pti_environment_radiance(&s->environment, dir)), pti_nee_found(t, &nee, dir), L);
-        if (m->disperses && !(wavelength > 0)) wavelength = pti_path_wavelength(t, sampler, &beta);
-        x.wavelength = wavelength;
-        if (m->emits) L = pti_madd(pti_mul(beta, pti_material_emission(m, &x)), pti_nee_found(t, &nee, dir), L);
-        if (depth == t->max_depth) return L;
-        pti_draw2(sampler, 1 + (uint32_t)depth, 0, u);
-        if (s->lights.count > 1 || s->density_count || m->wants_choice)
-            pti_draw2(sampler, 1 + (uint32_t)depth, 1, choice);
-        pti_surface_at(m, &x, &surface);
-        if (t->max_diffuse && diffuse == t->max_diffuse && !pti_surface_drop_diffuse(&surface)) return L;
-        if (!pti_path_goes_on(t, &surface, &beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
-        mix = pti_mixture_at(s, &surface, &t->weights);
-        if (t->shares && mix.bsdf < 1) pti_mixture_learned(&mix, t->shares);
-        calm = pti_mixture_calm(&mix, pti_largest(potential));
-        if (t->integrator) L = pti_add(L, pti_mul(beta, pti_nee_at(t, &mix, sampler, (uint32_t)depth, &nee, rays)));
-        drawn = pti_mixture_sample(&mix, u[0], u[1], choice, &step);
-        if (trail) pti_mixture_note(&mix, calm, &step, t->shares, L, beta, trail);
-        if (!drawn) return L;
-        if (t->max_diffuse) diffuse += pti_step_is_diffuse(&surface, &step, pti_hash2(sampler->index, u[1]));
-        if (!pti_is_direction(step.wi) || !pti_finite3(step.weight))
-            return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
-        if (t->integrator) nee.p = step.p;
-        beta = pti_mul(beta, step.weight);
-        if (!step.delta) potential = pti_mul(potential, step.weight);
-        if (!step.delta && surface.squeeze != 1 && !pti_same_side(&x, x.wo, step.wi))
-            potential = pti_scale(potential, surface.squeeze);
-        org = pti_spawn(&x, step.wi);
-        dir = step.wi;
-    }
+    pti_walk w;
+    pti_path *first = w.path;
+    w.tracer = t; w.sampler = sampler; w.rays = rays; w.trail = trail;
+    w.time = start->time;
+    w.L = pt_v3(0, 0, 0);
+    w.nee.p = 0;
+    w.count = 1;
+    first->org = start->org; first->dir = start->dir;
+    first->beta = first->potential = pt_v3(1, 1, 1);
+    first->wavelength = wavelength;
+    first->group = 1;
+    first->depth = first->diffuse = 0;
+    while (w.count) pti_path_follow(&w);
+    return w.L;
 }
 
 /* ---- >>camera ------------------------------------------------------------------------------------------
@@ -7126,6 +7218,7 @@ static int pti_check_render(pt_render *r, int *isa) {
         && pti_check_range(r, d->first_sample, 0, 0x7fffffff - d->spp, "first_sample")
         && pti_check_range(r, (int)d->sampler, PT_SAMPLER_SOBOL, PT_SAMPLER_RANDOM, "sampler")
         && pti_check_range(r, d->max_diffuse, 0, 0x7ffffff, "max_diffuse")
+        && pti_check_range(r, d->max_split, 0, 8, "max_split")
         && pti_check_range(r, (int)d->integrator, PT_INTEGRATOR_MIXTURE, PT_INTEGRATOR_NEE_ALL, "integrator")
         && pti_check_range(r, (int)d->roulette, PT_ROULETTE_POTENTIAL, PT_ROULETTE_NONE, "roulette")
         && pti_check_range(r, (int)d->filter, PT_FILTER_DEFAULT, PT_FILTER_BLACKMAN_HARRIS, "filter")
@@ -7212,6 +7305,7 @@ PTI_NOINLINE pt_render *pti_render_create(const pt_scene *s, const pt_render_des
     r->tracer.weights = d->weights;
     r->tracer.max_depth = r->desc.max_depth;
     r->tracer.max_diffuse = r->desc.max_diffuse;
+    r->tracer.max_split = r->desc.integrator ? 1 : r->desc.max_split ? r->desc.max_split : 8;
     r->tracer.integrator = d->integrator;
     r->tracer.roulette = d->roulette;
     return r;
@@ -7240,7 +7334,7 @@ static pt_vec3 pti_render_sample(pt_render *r, const pti_sampler *sampler, pti_l
     if (!(seen > 0)) return pt_v3(0, 0, 0);
     stats->paths++;
     c = pti_path_radiance(&r->tracer, sampler, &ray, at->wavelength, &stats->rays, trail);
-    if (trail) pti_shares_learn(&r->shares, trail, c);
+    if (trail) pti_shares_learn(&r->shares, trail, c, stats->rays);
     return pti_mul(c, pti_scale(color, seen));
 }
 /* x and y: in the full picture, which alone the numbers depend on. */
