@@ -6297,6 +6297,22 @@ static float pti_mixture_calm(pti_mixture *m, float potential) {       /* by how
     m->bsdf = 1 - m->lights - m->environment - m->users;
     return calm;
 }
+/* Splitting, the other half of roulette (Arvo and Kirk 1990; by what a path can still bring: Vorba and Krivanek 2016). Where
+   the potential is above 1, the path goes on along so many rays that none's is; and while it is above a third, along so
+   many that the BSDF has one of them, and the lights and the environment have another, whatever their shares. n rays from
+   p are Veach's balance heuristic with several samples, and all that next-event estimation has; but a ray that does not
+   reach the lamp that it was aimed at goes on as well. */
+#define PTI_SPLIT_LEAST 0.35f
+static float pti_mixture_split(pti_mixture *m, float potential) {      /* how many rays */
+    float n = pti_max(potential, 1), far = m->lights + m->environment, more;
+    if (potential < PTI_SPLIT_LEAST || !(far > 0) || !(m->bsdf > 0)) return n;
+    m->bsdf = pti_max(n * m->bsdf, 1);
+    more = pti_max(n * far, 1) / far;
+    m->lights *= more; m->environment *= more; m->users *= n;
+    n = m->bsdf + m->lights + m->environment + m->users;
+    m->bsdf /= n; m->lights /= n; m->environment /= n; m->users /= n;
+    return n;
+}
 /* What the lights' densities have in it. */
 static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi) {
     float p = m->lights > 0 ? m->lights * pti_lights_pdf(&m->scene->lights, &m->receiver, wi) : 0.0f;
@@ -6425,7 +6441,7 @@ static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec
 }
 /* The step, for all cells that were visited. */
 static void pti_shares_step(pti_shares *s) {
-    static const double least[PTI_PARTS] = { 0.3, 0.25, 0.25 };
+    static const double least[PTI_PARTS] = { 0.3, 0.15, 0.15 };
     const double prior = PTI_SHARE_PRIOR;
     int i, k;
     for (i = 0; i < PTI_SHARE_CELLS; i++) {
@@ -6678,23 +6694,17 @@ typedef struct pti_walk {
     pti_share_trail *trail;                              /* NULL but for paths that go ahead */
 } pti_walk;
 
-/* Splitting, the other half of roulette (Arvo and Kirk 1990; by what a path can still bring: Vorba and Krivanek 2016). A path
-   goes on along n rays that weigh 1/n each: so many that the potential of none is above a half, and, while it is above a
-   third, so many that the BSDF draws one of them, whatever shares the lights have. They are strata of one number: ray k has
-   u + k/n (mod 1), and so its own part of the mixture. Veach's balance heuristic with several samples is just this, and
-   all that next-event estimation has; but a ray that does not reach the lamp that it was aimed at goes on as well. */
-#define PTI_SPLIT_POTENTIAL 0.5f
-#define PTI_SPLIT_BSDF 0.35f
-static int pti_path_split(const pti_walk *w, const pti_path *path, const pti_mixture *mix, uint32_t u) {
-    float potential = pti_largest(path->potential), n = potential * (1 / PTI_SPLIT_POTENTIAL);
+/* How many rays go on from mix, whose shares are changed so that they are the parts' rays. */
+static int pti_path_split(const pti_walk *w, const pti_path *path, pti_mixture *mix, uint32_t u) {
+    float n = 1;
     int room = PTI_PATHS - w->count, most = room < w->tracer->max_split ? room : w->tracer->max_split;
     if (most < 2 || w->trail || mix->surface->delta >= 0.999f) return 1;
-    if (potential >= PTI_SPLIT_BSDF) n = pti_max(n, 1 / pti_max(mix->bsdf, 0.01f));
+    n = pti_mixture_split(mix, pti_largest(path->potential));
     if (!(n > 1)) return 1;                              /* nor with NaN */
     return n < (float)most ? (int)n + pti_split(&u, n - floorf(n)) : most;
 }
-/* Ray k of n, from mix, where *path stands. The numbers of others than the first are shifted by a constant, which leaves them
-   stratified over the samples. */
+/* Ray k of n, from mix, where *path stands. All are strata of one number: ray k has u + k/n (mod 1), and so its own part of the
+   mixture. The other numbers are shifted by a constant, which leaves them stratified over the samples. */
 static void pti_path_send(pti_walk *w, pti_path path, const pti_mixture *mix, float calm, int k, int n, const uint32_t u[2],
                           const uint32_t choice[2]) {
     const pti_tracer *t = w->tracer;

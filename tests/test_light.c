@@ -1094,7 +1094,7 @@ static void points_are_spheres(void) {
 }
 /* Irradiance on the floor, along a line: P cos / (4 pi d^2), and what of it the cone lets pass. The floor is a small patch at
    the origin, over which the lamp moves: rays start a little above it, in proportion to its coordinates, and a lamp of 1 mm
-   would notice that. */
+   would notice that. It is smaller still, or the mean over it where a narrow cone fades would not be what is at its centre. */
 static void spots_on_a_line(void) {
     static const struct { float cone, blend, tilt; } c[] = { { 0, 0, 0 }, { 30, 0.5f, 20 }, { 20, 1, 0 }, { 90, 0.3f, 60 }, { 3, 0.2f, 30 },
                                                              { -1, 0, 0 } };       /* none: a point */
@@ -1112,7 +1112,7 @@ static void spots_on_a_line(void) {
         if (i < 5) { g = fmin(fmax((cos(off) - outer) / (inner - outer), 0), 1); g = g * g * (3 - 2 * g); }
         E = 50 * g * 2 / sqrt(d2) / (4 * STATS_PI * d2);
         pt_add_quad(s, pt_v3(-0.05f, 0, -0.05f), pt_v3(0, 0, 0.1f), pt_v3(0.1f, 0, 0), diffuse(s, 1));
-        pt_add_light(s, &(pt_light_desc){ .kind = i < 5 ? PT_LIGHT_SPOT : PT_LIGHT_POINT, .position = { (float)-x, 2, 0 }, .radius = 0.001f,
+        pt_add_light(s, &(pt_light_desc){ .kind = i < 5 ? PT_LIGHT_SPOT : PT_LIGHT_POINT, .position = { (float)-x, 2, 0 }, .radius = 0.0004f,
             .direction = { (float)(3 * sin(tilt)), (float)(-3 * cos(tilt)), 0 }, .color = { 50, 50, 50 }, .cone_deg = c[i].cone, .blend = c[i].blend });
         d = view_down(pt_v3(0, 0, 0), 8, 256);
         d.weights.bsdf = 0.05f; d.weights.lights = 0.95f;

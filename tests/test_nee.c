@@ -158,10 +158,10 @@ static void nothing_to_draw(void) {
         pt_scene_destroy(inner);
     }
 }
-/* A floor that sees three lamps, the sky and a sun: 1 ray from the eye, 1 onwards, and 1 or 5 to lights; wi below the floor,
-   that no ray is traced for, are few. */
+/* A floor that sees three lamps, the sky and a sun: 1 ray from the eye, 1 onwards, or 2 where paths are split, and 1 or 5 to
+   lights; wi below the floor, that no ray is traced for, are few. */
 static void rays_are_counted(void) {
-    static const double most[3] = { 2, 3, 7 };
+    static const double most[4] = { 2, 3, 7, 3 };
     pt_scene *s = pt_scene_create(NULL);
     pt_render_desc d = view_down(pt_v3(0, 0, 0), 8, 256);
     pt_stats stats;
@@ -171,9 +171,10 @@ static void rays_are_counted(void) {
     pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .color = { 1, 1, 1 } });
     sunny(s, 0.1f, 0);
     commit(s);
-    for (way = 0; way < 3; way++) {
-        test_case("integrator %d", way);
-        d.integrator = (pt_integrator)way;
+    for (way = 0; way < 4; way++) {
+        test_case("way %d", way);
+        d.integrator = way < 3 ? (pt_integrator)way : PT_INTEGRATOR_MIXTURE;
+        d.max_split = way == 0;
         if (!render(s, &d, small, &stats)) break;
         CHECK((double)stats.rays <= most[way] * (double)stats.paths);
         CHECK((double)stats.rays > (most[way] - 0.5) * (double)stats.paths);
@@ -345,15 +346,17 @@ static void settings_are_checked(void) {
     pt_scene *s = pt_scene_create(NULL);
     int k;
     commit(s);
-    for (k = 0; k < 4; k++) {
+    static const char *const said[5] = { "integrator is 3", "roulette is 3", "max_diffuse is -1", "max_split is 9", "" };
+    for (k = 0; k < 5; k++) {
         pt_render_desc d = view(pt_v3(0, 0, 1), pt_v3(0, 0, 0), 40, 8, 1);
         pt_render *r;
         if (k == 0) d.integrator = (pt_integrator)3;
         if (k == 1) d.roulette = (pt_roulette)3;
         if (k == 2) d.max_diffuse = -1;
+        if (k == 3) d.max_split = 9;
         r = pt_render_create(s, &d);
-        CHECK((pt_render_run(r) == PT_ERR_ARG) == (k < 3));
-        CHECK(k == 3 || strstr(pt_render_error(r), k == 0 ? "integrator is 3" : k == 1 ? "roulette is 3" : "max_diffuse is -1"));
+        CHECK((pt_render_run(r) == PT_ERR_ARG) == (k < 4));
+        CHECK(strstr(pt_render_error(r), said[k]));
         pt_render_destroy(r);
     }
     pt_scene_destroy(s);

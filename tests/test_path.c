@@ -134,6 +134,42 @@ static void roulette_keeps_the_mean(void) {
         CHECK(most <= (p[k][0] > 1 ? 2 : 1 + 1e-6));
     }
 }
+/* A white box whose bulk of light comes by way of many walls, a lamp in it: however many rays a vertex may send on, the mean
+   is that of one, and more rays are less noise. */
+static void splitting_keeps_the_mean(void) {
+    static const int most[4] = { 1, 2, 3, 0 };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_render_desc d = view(pt_v3(0, 0, -0.9f), pt_v3(0, 0.2f, 1), 80, 32, 16);
+    stats_moments one = { 0, 0, 0 };
+    double errors[4], rays[4];
+    int k;
+    pt_add_box(s, pt_v3(-1, -1, -1), pt_v3(1, 1, 1), NULL, diffuse(s, 0.8f));
+    pt_add_quad(s, pt_v3(-0.3f, 0.99f, -0.3f), pt_v3(0.6f, 0, 0), pt_v3(0, 0, 0.6f), lamp(s, 5, 0));
+    commit(s);
+    for (k = 0; k < 4; k++) {
+        stats_moments m = { 0, 0, 0 };
+        pt_stats stats;
+        int i, seed;
+        test_case("up to %d", most[k]);
+        d.max_split = most[k];
+        rays[k] = 0;
+        for (seed = 0; seed < 12; seed++) {              /* pictures' means, since pixels differ */
+            double sum = 0;
+            d.seed = (uint64_t)(100 * k + seed);
+            if (!render(s, &d, rgb, &stats)) return;
+            for (i = 0; i < 32 * 32; i++) sum += (double)rgb[3 * i] / (32 * 32);
+            stats_push(&m, sum);
+            rays[k] += (double)stats.rays;
+        }
+        errors[k] = stats_error(&m);
+        if (!k) one = m;
+        CHECK_P(k ? stats_welch_test(&m, &one) : 1.0);
+        CHECK(!k || errors[k] < errors[0]);
+        CHECK(errors[k] < 1e-2 * m.mean);                /* that was no luck */
+        CHECK(!k || rays[k] > 1.5 * rays[0]);
+    }
+    pt_scene_destroy(s);
+}
 static void inside_an_emissive_sphere(void) {
     pt_scene *s = pt_scene_create(NULL);
     pt_render_desc d = view(pt_v3(0.5f, 0.3f, 0.6f), pt_v3(-1, 0.2f, 0), 100, 64, 32);
@@ -382,7 +418,7 @@ static void depth_does_not_matter_once_large(void) {
 
 void test_path(void) {
     RUN(emissive_box); RUN(emissive_box_grey); RUN(emissive_box_cut_short); RUN(roulette_in_the_dark);
-    RUN(roulette_keeps_the_mean); RUN(inside_an_emissive_sphere);
+    RUN(roulette_keeps_the_mean); RUN(splitting_keeps_the_mean); RUN(inside_an_emissive_sphere);
     RUN(nested_shells_in_a_furnace); RUN(radiance_within_glass); RUN(tinted_slab); RUN(roulette_passes_tinted_glass);
     RUN(direct_light_of_a_hemisphere); RUN(direct_light_of_a_square);
     RUN(environment_only); RUN(black_surfaces); RUN(rays_are_counted); RUN(depth_does_not_matter_once_large);
