@@ -10,7 +10,7 @@
          pt_add_sphere(s, pt_v3(0, 0, 0), 1, white);
          pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_ENVIRONMENT, .color = {1, 1, 1} });
          pt_scene_commit(s);
-         pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 64,
+         pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 32,
              .camera = { .eye = {0, 1, 5}, .target = {0, 0, 0} } });
          if (pt_render_run(r) == PT_OK) pt_write_png("sphere.png", pt_render_pixels(r), 512, 512, NULL);
          pt_render_destroy(r);

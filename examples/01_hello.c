@@ -18,7 +18,7 @@ int main(int argc, char **argv) {
     pt_add_box(s, pt_v3(.15f,0,.15f), pt_v3(.45f,.30f,.45f), NULL, white);
     pt_add_box(s, pt_v3(.55f,0,.50f), pt_v3(.85f,.60f,.80f), NULL, white);
     pt_scene_commit(s);
-    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 64,
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 32,
         .camera = { .eye = {.5f, .5f, -1.37f}, .target = {.5f, .5f, 0} } });
     pt_result result = pt_render_run(r);
     if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "hello.png", pt_render_pixels(r), 512, 512, NULL);

@@ -57,7 +57,7 @@ int main(int argc, char **argv) {
     pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_ENVIRONMENT, .color = {.42f, .50f, .62f} });
     if (pt_scene_commit(s) != PT_OK) { fprintf(stderr, "%s\n", pt_scene_error(s)); return 1; }
 
-    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 32, .max_depth = 6,
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 512, .spp = 16, .max_depth = 6,
         .camera = { .eye = {0, 3.6f, 3.0f}, .target = {0, .15f, .05f}, .vfov_deg = 34 } });
     pt_result result = pt_render_run(r);
     if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "instances.png", pt_render_pixels(r), 512, 512, NULL);

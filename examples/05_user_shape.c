@@ -70,7 +70,7 @@ int main(int argc, char **argv) {
     pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_ENVIRONMENT, .color = {.16f, .20f, .27f} });
     if (pt_scene_commit(s) != PT_OK) { fprintf(stderr, "%s\n", pt_scene_error(s)); return 1; }
 
-    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 480, .height = 480, .spp = 64, .max_depth = 8,
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 480, .height = 480, .spp = 32, .max_depth = 8,
         .camera = { .eye = {1.6f, 1.4f, 4.2f}, .target = {0, -.08f, 0}, .vfov_deg = 32 } });
     pt_result result = pt_render_run(r);
     if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "shape.png", pt_render_pixels(r), 480, 480, NULL);

@@ -40,7 +40,7 @@ int main(int argc, char **argv) {
     pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_ENVIRONMENT, .radiance = sky, .user = &sun });
     if (pt_scene_commit(s) != PT_OK) { fprintf(stderr, "%s\n", pt_scene_error(s)); return 1; }
 
-    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 400, .height = 540, .spp = 64, .max_depth = 8,
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 400, .height = 540, .spp = 32, .max_depth = 8,
         .camera = { .eye = {2.6f, 1.5f, 8.5f}, .target = {.15f, 2.1f, 0}, .vfov_deg = 34 } });
     pt_result result = pt_render_run(r);
     if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "sky.png", pt_render_pixels(r), 400, 540, NULL);

@@ -15,7 +15,7 @@ draw() {                              # NAME COMMAND...: the command draws OUT/N
     pictures="$pictures $out/$name.png"
 }
 for example in "$@"; do draw "$example" "$out/$example" "$out/$example.png"; done
-draw knot "$out/render_obj" "$out/knot.obj" --env "$out/sky.hdr" --out "$out/knot.png" --ground --elevation 35 --spp 32 \
+draw knot "$out/render_obj" "$out/knot.obj" --env "$out/sky.hdr" --out "$out/knot.png" --ground --elevation 35 --spp 16 \
     --color 0.8,0.35,0.12
 
 echo "all drawn in $(($(date +%s) - start)) s:"
