@@ -21,7 +21,7 @@ static void take_child(census *c, uint32_t child, const pti_bounds *box, int dep
     if (depth > c->depth) c->depth = depth;
     if (waiting > c->most_left) c->most_left = waiting;
     if (PTI_KIND(child) == PTI_INNER) {
-        const pti_node *node = c->g->bvh.nodes + child;
+        const pti_node *node = pti_node_at(&c->g->bvh, child);
         for (k = 0; k < PTI_WIDTH; k++) {
             n += node->child[k] != PTI_NONE;
             if (node->child[k] == PTI_NONE && node->plane[0][k] <= node->plane[1][k]) c->bad_boxes++;
@@ -36,7 +36,7 @@ static void take_child(census *c, uint32_t child, const pti_bounds *box, int dep
             take_child(c, node->child[k], &b, depth + 1, waiting + n);
         }
     } else if (PTI_KIND(child) == PTI_LEAF) {
-        const pti_packet *p = c->g->bvh.packets + PTI_INDEX(child);
+        const pti_packet *p = pti_packet_at(&c->g->bvh, child);
         c->leaves++;
         for (k = 0; k < PTI_LANES; k++)
             if (p->prim[k] != PTI_NONE) { take_primitive(c, box, p->prim[k]); c->lanes++; }

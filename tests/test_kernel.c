@@ -7,12 +7,22 @@
 #include "stats.h"
 #include "scenes.h"
 
+#if defined(PTI_X86)
+PTI_AVX2 static uint32_t boxes_avx2(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]) {
+    pti_wide w;
+    __m256 where, met;
+    pti_widen_avx2(&w, r);
+    met = pti_boxes_avx2(n, &w, limit, &where);
+    _mm256_storeu_ps(enter, where);
+    return (uint32_t)_mm256_movemask_ps(met);
+}
+#endif
 typedef struct kernels { const char *name; int isa; pti_boxes_kernel *boxes; pti_triangles_kernel *triangles; } kernels;
 static const kernels all_kernels[] = {
     { "scalar", PTI_SCALAR_ISA, pti_boxes_scalar, pti_triangles_scalar },
 #if defined(PTI_X86)
     { "sse2", PTI_SSE2_ISA, pti_boxes_sse2, pti_triangles_sse2 },
-    { "avx2", PTI_AVX2_ISA, pti_boxes_avx2, pti_triangles_avx2 },
+    { "avx2", PTI_AVX2_ISA, boxes_avx2, pti_triangles_avx2 },
 #elif defined(PTI_NEON)
     { "neon", PTI_NEON_ISA, pti_boxes_neon, pti_triangles_neon },
 #endif
@@ -223,7 +233,7 @@ static void box_kernels_are_conservative(void) {
             float enter[PTI_WIDTH];
             uint32_t mask;
             if (!there[k]) continue;
-            mask = all_kernels[k].boxes(&n, &ray, tmax, enter);
+            mask = all_kernels[k].boxes(&n, &ray, tmax * PTI_WIDEN, enter);
             missed[k] += (must & ~mask) != 0;
             for (j = 0; j < PTI_WIDTH; j++) {
                 if (n.child[j] == PTI_NONE) { extra += mask >> j & 1; continue; }

@@ -36,7 +36,7 @@ static void *kernels_build(const kernel_scene *s, const char *isa, int threads) 
     size_t i;
     memset(&d, 0, sizeof d);
     d.allocator.alloc = count_alloc; d.allocator.free = count_free; d.allocator.user = &b->bytes;
-#ifdef PT_HAS_BUILD_THREADS
+#ifndef PT_NO_BUILD_THREADS
     d.threads = threads;
 #else
     (void)threads;
