@@ -129,11 +129,18 @@ typedef enum pt_light_choice {
     PT_CHOOSE_POWER,                                      /* by power alone */
     PT_CHOOSE_UNIFORM                                     /* all alike */
 } pt_light_choice;
+/* How much care the trees that rays go through are built with. Pictures are the same, to the bit. */
+typedef enum pt_quality {
+    PT_QUALITY_DEFAULT,                                   /* triangles that stick out are cut in pieces, up to 1/8 more */
+    PT_QUALITY_FAST,                                      /* for scenes that are built again and again */
+    PT_QUALITY_BEST                                       /* for long renders: up to 1/2 more */
+} pt_quality;
 typedef struct pt_scene_desc {
     pt_allocator allocator;
     pt_logger logger;
     pt_light_choice choose;
-    int threads;                                          /* that pt_scene_commit may use; 0 = one a core */
+    int threads;                                          /* of pt_scene_commit, up to 4096; 0 = one a core */
+    pt_quality quality;
 } pt_scene_desc;
 
 PT_DEF pt_scene   *pt_scene_create(const pt_scene_desc *desc);   /* NULL desc = defaults; NULL when out of memory */
@@ -1904,6 +1911,7 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
 
 #define PTI_WIDTH 8
 #define PTI_BINS 16
+#define PTI_MOST_BINS 32
 #define PTI_MAX_DEPTH 62                                 /* of splits, hence also of nodes */
 #define PTI_STACK (PTI_MAX_DEPTH * (PTI_WIDTH - 1) + 2)  /* all that one descent can leave to be visited */
 
@@ -1951,7 +1959,8 @@ typedef struct pti_range { size_t begin, end; pti_box box, centers; int depth; u
 typedef struct pti_halves { float lo[3]; uint32_t left; float hi[3]; uint32_t right; } pti_halves;
 typedef struct pti_builder {
     pti_geometry *g;
-    pti_ref *refs;       size_t count;
+    int threads, bins;
+    pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
     pti_halves *splits;
     pti_range *tasks;    size_t task_count;
     size_t used;                                         /* blocks */
@@ -1994,11 +2003,11 @@ static int pti_is_leaf(const pti_builder *b, size_t begin, size_t end) {
 }
 
 /* Bins along the three axes at once. They are a hair wider than the centres' extent, so that no index leaves them. */
-typedef struct pti_bins { pti_box box[3][PTI_BINS]; uint32_t count[3][PTI_BINS]; int size; pti_f4 lo, scale; } pti_bins;
-static void pti_bins_layout(pti_bins *bins, const pti_range *r) {
+typedef struct pti_bins { pti_box box[3][PTI_MOST_BINS]; uint32_t count[3][PTI_MOST_BINS]; int size; pti_f4 lo, scale; } pti_bins;
+static void pti_bins_layout(pti_bins *bins, const pti_range *r, int size) {
     float extent[4];
     int k;
-    bins->size = r->end - r->begin < 4 * PTI_BINS ? PTI_BINS / 2 : PTI_BINS;
+    bins->size = size;
     bins->lo = r->centers.lo;
     pti_f4_store(extent, pti_f4_sub(r->centers.hi, r->centers.lo));
     for (k = 0; k < 3; k++) extent[k] = extent[k] > 1e-36f ? (float)bins->size * 0.9999f / extent[k] : 0.0f;
@@ -2030,7 +2039,7 @@ static float pti_packets_for(uint32_t count) { return (float)((count + PTI_LANES
 static int pti_bins_sweep(const pti_bins *bins, int axis, float *best) {
     const pti_box *box = bins->box[axis];
     const uint32_t *count = bins->count[axis];
-    float right[PTI_BINS];
+    float right[PTI_MOST_BINS];
     pti_box sum = pti_box_empty();
     uint32_t n = 0;
     int k, at = 0;
@@ -2090,7 +2099,7 @@ static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left,
     float best = FLT_MAX, corner[4];
     int axis, at, best_axis = -1, best_at = 0;
     if (r->depth + 1 + pti_log2_ceil(r->end - r->begin) < PTI_MAX_DEPTH) {
-        pti_bins_layout(&bins, r);
+        pti_bins_layout(&bins, r, b->bins);
         pti_bins_fill(&bins, b, r);
         for (axis = 0; axis < 3; axis++) {
             at = pti_bins_sweep(&bins, axis, &best);
@@ -2126,7 +2135,7 @@ static void pti_split_task(void *user, size_t i) {
     pti_split_range(b, &whole, &b->tasks[i], &b->tasks[b->task_count + i]);
 }
 static void pti_build_task(void *user, size_t i) { pti_build_range((pti_builder *)user, &((pti_builder *)user)->tasks[i]); }
-static void pti_build_splits(pti_builder *b, const pti_range *all, int threads) {
+static void pti_build_splits(pti_builder *b, const pti_range *all) {
     pti_range tasks[2 * PTI_TASKS];
     size_t enough = b->count / PTI_TASKS > 1000 ? b->count / PTI_TASKS : 1000, large, i;
     b->tasks = tasks;
@@ -2140,10 +2149,10 @@ static void pti_build_splits(pti_builder *b, const pti_range *all, int threads) 
             tasks[large++] = r;
         }
         if (!large) break;
-        pti_parallel(threads, pti_split_task, b, large);
+        pti_parallel(b->threads, pti_split_task, b, large);
         b->task_count += large;
     }
-    pti_parallel(threads, pti_build_task, b, b->task_count);
+    pti_parallel(b->threads, pti_build_task, b, b->task_count);
 }
 
 /* What becomes a child of a wide node. */
@@ -2314,11 +2323,98 @@ static void pti_collect_slice(void *user, size_t slice) {
         r->hi[0] = box.hi.x; r->hi[1] = box.hi.y; r->hi[2] = box.hi.z; r->prim = (i - s->first) ^ PTI_MIDDLING;
     }
 }
-static void pti_collect(pti_builder *b, int threads) {
+static void pti_collect(pti_builder *b) {
     size_t i, slices = ((size_t)b->g->prim_count + PTI_SLICE - 1) / PTI_SLICE;
-    pti_parallel(threads, pti_collect_slice, b, slices);
+    pti_parallel(b->threads, pti_collect_slice, b, slices);
     for (i = 0; i < b->g->prim_count; i++)
         if (b->refs[i].lo[0] <= b->refs[i].hi[0]) b->refs[b->count++] = b->refs[i];
+}
+
+/* Large slanted triangles fill little of their boxes. They are cut into pieces with boxes of their own before the tree is built
+   (Ernst and Greiner 2007): each piece still means the whole triangle. What a box of half area A wastes,
+       w = A - |e1 x e2|_1    (0 for a parallelogram's half that lies along the axes),
+   k pieces make w / k; for a given number of pieces in all, the sum is least with k proportional to sqrt(w). Only what stands
+   out is worth it: k = sqrt(w) / reach, rounded down, and reach is some times the mean of sqrt(w), more if room is scarce. So
+   meshes of like triangles stay whole. */
+static float pti_ref_waste(const pti_builder *b, const pti_ref *r) {
+    float x = r->hi[0] - r->lo[0], y = r->hi[1] - r->lo[1], z = r->hi[2] - r->lo[2], waste;
+    pt_vec3 v[3], c;
+    if (pti_ref_shape(b, r)->kind != PTI_MESH) return 0;
+    pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
+    c = pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0]));
+    waste = x * y + y * z + z * x - (fabsf(c.x) + fabsf(c.y) + fabsf(c.z));
+    return waste > 0 && waste <= FLT_MAX ? sqrtf(waste) : 0.0f;
+}
+static void pti_waste_slice(void *user, size_t slice) {  /* kept where the splits will be */
+    pti_builder *b = (pti_builder *)user;
+    size_t i = slice * PTI_SLICE, end = i + PTI_SLICE < b->count ? i + PTI_SLICE : b->count;
+    for (; i < end; i++) b->splits[i].lo[0] = pti_ref_waste(b, b->refs + i);
+}
+static float pti_ref_axis(const pti_ref *r, int k) { return r->hi[k] - r->lo[k]; }
+
+/* Makes the box of a piece smaller: what of the triangle lies between two planes across an axis. */
+static void pti_ref_clip(pti_ref *r, const pt_vec3 v[3], int axis, float lo, float hi, const float pad[3]) {
+    pti_bounds box = pti_bounds_empty();
+    float corner[6];
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        pt_vec3 p = v[i], q = v[(i + 1) % 3];
+        float a = pti_axis(p, axis), d = pti_axis(q, axis) - a;
+        if (a >= lo && a <= hi) pti_bounds_point(&box, p);
+        for (k = 0; k < 2; k++) {
+            float t = ((k ? hi : lo) - a) / d;           /* no crossing if d is 0 */
+            if (t >= 0 && t <= 1) pti_bounds_point(&box, pti_madd(pti_sub(q, p), t, p));
+        }
+    }
+    corner[0] = box.lo.x; corner[1] = box.lo.y; corner[2] = box.lo.z;
+    corner[3] = box.hi.x; corner[4] = box.hi.y; corner[5] = box.hi.z;
+    for (k = 0; k < 3; k++) {
+        r->lo[k] = pti_max(r->lo[k], corner[k] - pad[k]);
+        r->hi[k] = pti_min(r->hi[k], corner[k + 3] + pad[k]);
+    }
+}
+static void pti_ref_cut(pti_builder *b, size_t at, int pieces, const pt_vec3 v[3], const float pad[3]) {
+    pti_ref *r = b->refs + at, *other = b->refs + b->count;
+    int axis = pti_ref_axis(r, 1) > pti_ref_axis(r, 0) ? 1 : 0, left = pieces / 2;
+    float cut, lo, hi;
+    if (pieces < 2 || b->count == b->room) return;
+    if (pti_ref_axis(r, 2) > pti_ref_axis(r, axis)) axis = 2;
+    lo = r->lo[axis]; hi = r->hi[axis];
+    cut = lo + (hi - lo) * ((float)left / (float)pieces);
+    *other = *r;
+    pti_ref_clip(r, v, axis, lo, cut, pad);
+    pti_ref_clip(other, v, axis, cut, hi, pad);
+    b->count++;
+    pti_ref_cut(b, at, left, v, pad);
+    pti_ref_cut(b, (size_t)(other - b->refs), pieces - left, v, pad);
+}
+#define PTI_PIECES 64                                    /* that a triangle is cut into at most */
+static int pti_pieces(float waste, float reach) { return waste < PTI_PIECES * reach ? (int)(waste / reach) : PTI_PIECES; }
+static void pti_cut_refs(pti_builder *b, float times) {
+    size_t i, whole = b->count, extra;
+    double sum = 0;
+    float reach;
+    int k;
+    pti_parallel(b->threads, pti_waste_slice, b, (whole + PTI_SLICE - 1) / PTI_SLICE);
+    for (i = 0; i < whole; i++) sum += (double)b->splits[i].lo[0];
+    reach = (float)(sum / (double)whole) * times;
+    if (reach > 0) {
+        for (;;) {
+            for (i = 0, extra = 0; i < whole; i++) if (b->splits[i].lo[0] > 2 * reach) extra += (size_t)pti_pieces(b->splits[i].lo[0], reach) - 1;
+            if (extra <= b->room - b->g->prim_count) break;
+            reach *= 1.3f;
+        }
+        for (i = 0; i < whole; i++) {
+            const pti_ref *r = b->refs + i;
+            pt_vec3 v[3];
+            float pad[3];
+            if (!(b->splits[i].lo[0] > 2 * reach)) continue;
+            pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
+            for (k = 0; k < 3; k++) pad[k] = pti_ref_axis(r, k) * (1.0f / 16384);
+            pti_ref_cut(b, i, pti_pieces(b->splits[i].lo[0], reach), v, pad);
+        }
+    }
+    memset(b->splits, 0, whole * sizeof *b->splits);
 }
 static int pti_shrink(const pt_allocator *a, void **array, size_t count, size_t *capacity, size_t size) {
     void *p;
@@ -2335,7 +2431,7 @@ static void pti_bvh_free(pti_bvh *bvh, const pt_allocator *a) {
     pti_free(a, bvh->blocks, bvh->block_count, sizeof *bvh->blocks);
     memset(bvh, 0, sizeof *bvh);
 }
-static int pti_bvh_place(pti_builder *b, const pt_allocator *a, int threads) {
+static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
     pti_bvh *bvh = &b->g->bvh;
     pti_branch whole = pti_branch_make(b, 0, b->count, b->top);
     pti_place(b, &whole);                                /* how much room is needed */
@@ -2345,28 +2441,36 @@ static int pti_bvh_place(pti_builder *b, const pt_allocator *a, int threads) {
     b->used = 0;
     bvh->root = pti_place(b, &whole);
     pti_branch_box(b, &whole, &bvh->bounds);
-    pti_parallel(threads, pti_pack_slice, b, (b->count + PTI_SLICE - 1) / PTI_SLICE);
+    pti_parallel(b->threads, pti_pack_slice, b, (b->count + PTI_SLICE - 1) / PTI_SLICE);
     return 1;
 }
-static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, int threads) {      /* 0 when out of memory */
+/* How many bins, how many pieces more than triangles at most (one for so many), and by how much a triangle must stand out. */
+static const struct { int bins; uint32_t per_piece; float times; } pti_qualities[] = { { 16, 8, 2 }, { 8, 0, 0 }, { 32, 2, 1 } };
+
+static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality quality, int threads) {  /* 0 when out of memory */
+    uint32_t per_piece = pti_qualities[quality].per_piece;
     pti_builder b;
     int fine;
     memset(&b, 0, sizeof b);
     b.g = g;
-    b.refs = (pti_ref *)pti_alloc(a, g->prim_count, sizeof *b.refs);
-    b.splits = (pti_halves *)pti_alloc(a, (size_t)g->prim_count + 1, sizeof *b.splits);
+    b.threads = threads;
+    b.bins = pti_qualities[quality].bins;
+    b.room = (size_t)g->prim_count + (per_piece ? g->prim_count / per_piece : 0);
+    b.refs = (pti_ref *)pti_alloc(a, b.room, sizeof *b.refs);
+    b.splits = (pti_halves *)pti_alloc(a, b.room + 1, sizeof *b.splits);
     fine = b.refs && b.splits;
     g->bvh.root = PTI_NONE;
     g->bvh.bounds = pti_bounds_empty();
-    if (fine) pti_collect(&b, threads);
+    if (fine) pti_collect(&b);
+    if (b.count && per_piece) pti_cut_refs(&b, pti_qualities[quality].times);
     if (b.count) {
         pti_range all = pti_range_make(&b, 0, b.count, 0);
         all.link = &b.top;
-        if (!pti_is_leaf(&b, 0, b.count)) pti_build_splits(&b, &all, threads);
-        fine = pti_bvh_place(&b, a, threads);
+        if (!pti_is_leaf(&b, 0, b.count)) pti_build_splits(&b, &all);
+        fine = pti_bvh_place(&b, a);
     }
-    pti_free(a, b.refs, g->prim_count, sizeof *b.refs);
-    pti_free(a, b.splits, (size_t)g->prim_count + 1, sizeof *b.splits);
+    pti_free(a, b.refs, b.room, sizeof *b.refs);
+    pti_free(a, b.splits, b.room + 1, sizeof *b.splits);
     return fine;
 }
 
@@ -2599,7 +2703,7 @@ typedef struct pti_stack { uint32_t child[2 * PTI_STACK + PTI_WIDTH]; float ente
 
 /* Looks into a node. Returns the nearest child that the ray meets, or PTI_NONE, and pushes the others, the farthest first. Any
    hit does not care which comes first, nor where they are entered. */
-typedef uint32_t pti_visit_kernel(const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, int any, pti_stack *s,
+typedef uint32_t pti_visit_kernel(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, int any, pti_stack *s,
                                   int *top);
 typedef void pti_widen_kernel(pti_wide *w, const pti_ray *r);
 
@@ -2619,11 +2723,11 @@ PTI_INLINE uint32_t pti_push_sorted(const pti_node *n, uint32_t mask, const floa
     return s->child[--*top];
 }
 #define PTI_VISIT(isa) \
-    PTI_INLINE uint32_t pti_visit_##isa(const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, int any, \
-                                        pti_stack *s, int *top) { \
+    PTI_INLINE uint32_t pti_visit_##isa(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, \
+                                        int any, pti_stack *s, int *top) { \
         float enter[PTI_WIDTH]; \
         uint32_t mask = pti_boxes_##isa(n, r, limit, enter); \
-        (void)w; \
+        (void)b; (void)w; \
         return mask ? pti_push_sorted(n, mask, enter, any, s, top) : PTI_NONE; \
     } \
     PTI_INLINE void pti_widen_##isa(pti_wide *w, const pti_ray *r) { (void)w; (void)r; }
@@ -2667,9 +2771,15 @@ static const uint32_t pti_set_bits[256] = { PTI_BITS64(0), PTI_BITS64(64), PTI_B
 PTI_AVX2 PTI_INLINE __m256i pti_spread_avx2(uint32_t fours) {
     return _mm256_srlv_epi32(_mm256_set1_epi32((int)fours), _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
 }
+/* What comes after the next: there is time to fetch it. (Objects are elsewhere; an idle fetch does no harm.) */
+PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
+    const char *p = (const char *)((uintptr_t)b->blocks + (uintptr_t)PTI_INDEX(child) * sizeof(pti_block));
+    _mm_prefetch(p, _MM_HINT_T0); _mm_prefetch(p + 64, _MM_HINT_T0);
+    _mm_prefetch(p + 128, _MM_HINT_T0); _mm_prefetch(p + 192, _MM_HINT_T0);
+}
 /* All without a loop: the children in the node's order for this octant, then those that were met moved together. */
-PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, int any,
-                                            pti_stack *s, int *top) {
+PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit,
+                                            int any, pti_stack *s, int *top) {
     __m256 enter, met = pti_boxes_avx2(n, w, limit, &enter);
     __m256i *push = (__m256i *)(void *)(s->child + *top), children = _mm256_loadu_si256((const __m256i *)(const void *)n->child);
     uint32_t fours = n->order[w->octant], mask, next;
@@ -2680,6 +2790,7 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_node *n, const pti_ray *r,
         next = n->child[pti_lowest_bit(mask)];
         mask &= mask - 1;
         if (!mask) return next;
+        pti_prefetch(b, n->child[pti_highest_bit(mask)]);
         _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pti_spread_avx2(pti_set_bits[mask])));
     } else {
         __m256i order = pti_spread_avx2(fours), pick;
@@ -2689,6 +2800,7 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_node *n, const pti_ray *r,
         mask ^= 1u << next;
         next = n->child[fours >> 4 * next & 7];
         if (!mask) return next;
+        pti_prefetch(b, n->child[fours >> 4 * pti_highest_bit(mask) & 7]);
         pick = _mm256_permutevar8x32_epi32(order, pti_spread_avx2(pti_set_bits[mask]));
         _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pick));
         _mm256_storeu_ps(s->enter + *top, _mm256_permutevar8x32_ps(enter, pick));
@@ -2725,7 +2837,8 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
     int top = 0, found;
     widen(&wide, r);
     for (;;) {
-        while (PTI_KIND(child) == PTI_INNER) child = visit(pti_node_at(&g->bvh, child), r, &wide, limit, any, &stack, &top);
+        while (PTI_KIND(child) == PTI_INNER)
+            child = visit(&g->bvh, pti_node_at(&g->bvh, child), r, &wide, limit, any, &stack, &top);
         found = 0;
         if (PTI_KIND(child) == PTI_LEAF) {
             const pti_packet *p = pti_packet_at(&g->bvh, child);
@@ -5386,6 +5499,7 @@ struct pt_scene {
     pt_allocator allocator;
     pti_error error;
     int committed, isa, threads;
+    pt_quality quality;
     pti_geometry geometry;
     pti_material *materials;    size_t material_count, material_capacity;
     pti_texture *textures;      size_t texture_count, texture_capacity;
@@ -5610,13 +5724,15 @@ PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
     s = (pt_scene *)pti_alloc(&a, 1, sizeof *s);
     if (!s) return NULL;
     s->allocator = a;
-    if (desc) { s->error.logger = desc->logger; s->lights.choose = desc->choose; s->threads = desc->threads; }
+    if (desc) { s->error.logger = desc->logger; s->lights.choose = desc->choose; s->threads = desc->threads; s->quality = desc->quality; }
     grey = pti_material_slot(s);
     if (!grey) { pt_scene_destroy(s); return NULL; }
     grey->desc.color = pt_v3(0.5f, 0.5f, 0.5f);
     pti_material_flags(grey, s->materials);
     pti_check(s, s->lights.choose >= PT_CHOOSE_TREE && s->lights.choose <= PT_CHOOSE_UNIFORM, "pt_scene_create",
               "choose is no pt_light_choice", (float)(int)s->lights.choose);
+    pti_check(s, s->quality >= PT_QUALITY_DEFAULT && s->quality <= PT_QUALITY_BEST, "pt_scene_create", "quality is no pt_quality",
+              (float)(int)s->quality);
     pti_check(s, s->threads >= 0 && s->threads <= 4096, "pt_scene_create", "threads must be 0 to 4096", (float)s->threads);
 #ifndef PT_ALLOW_FAST_MATH
     mode = pti_fpmode_enter();
@@ -6501,7 +6617,7 @@ PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     if (s->error.code != PT_OK) return s->error.code;
     if (s->committed) return PT_OK;
     mode = pti_fpmode_enter();
-    fine = pti_scene_link(s) && pti_bvh_build(&s->geometry, &s->allocator, s->threads > 0 ? s->threads : pti_cores())
+    fine = pti_scene_link(s) && pti_bvh_build(&s->geometry, &s->allocator, s->quality, s->threads > 0 ? s->threads : pti_cores())
         && pti_environment_build(&s->environment, &s->allocator)
         && pti_collect_emitters(s, s, NULL) && pti_lights_build(&s->lights, &s->allocator);
     pti_fpmode_leave(mode);
