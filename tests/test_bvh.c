@@ -247,6 +247,74 @@ static void depth_is_bounded(void) {
     if (getenv("PT_TEST_FACTORS")) printf("    the deepest tree has %d levels, %d are allowed\n", deepest, PTI_MAX_DEPTH);
 }
 
+static pt_scene *scene_built(const mesh *m, pt_quality quality, int threads) {
+    pt_scene_desc d;
+    pt_scene *s;
+    memset(&d, 0, sizeof d);
+    d.quality = quality; d.threads = threads;
+    s = pt_scene_create(&d);
+    add_mesh(s, m);
+    return committed(s);
+}
+/* Long slanted needles among small triangles, some of them twice. */
+static mesh sticks(size_t n, pt_rng *r) {
+    mesh m = mesh_new(3 * n, n);
+    size_t i;
+    for (i = 0; i < n; i++) {
+        v3 at = ball(r), a = v3_scale(ball(r), 0.02), b = v3_scale(ball(r), 0.02);
+        if (i % 50 == 0) a = v3_scale(direction(r), between(r, 0.5, 2));
+        mesh_add_triangle(&m, at, v3_add(at, a), v3_add(at, b));
+        if (i % 100 == 0 && ++i < n) mesh_add_triangle(&m, at, v3_add(at, a), v3_add(at, b));
+    }
+    return m;
+}
+static void the_same_tree_for_any_number_of_threads(void) {
+    static const int threads[4] = { 1, 2, 3, 16 };
+    pt_rng r;
+    mesh m;
+    int k, q;
+    pt_rng_seed(&r, 7, 2);
+    m = sticks(30000, &r);
+    for (q = PT_QUALITY_DEFAULT; q <= PT_QUALITY_BEST; q++) {
+        pt_scene *first = scene_built(&m, (pt_quality)q, threads[0]);
+        for (k = 1; k < 4; k++) {
+            pt_scene *s = scene_built(&m, (pt_quality)q, threads[k]);
+            const pti_bvh *a = &first->geometry.bvh, *b = &s->geometry.bvh;
+            test_case("quality %d, %d threads", q, threads[k]);
+            CHECK_EQ_INT(b->root, a->root);
+            if (CHECK(a->block_count == b->block_count))
+                CHECK(!memcmp(a->blocks, b->blocks, a->block_count * sizeof *a->blocks));
+            pt_scene_destroy(s);
+        }
+        pt_scene_destroy(first);
+    }
+    mesh_free(&m);
+}
+/* Where triangles stick out they are cut, with PT_QUALITY_BEST more than by default; where they are all alike, none is. What is
+   hit does not depend on that. */
+static void qualities_find_the_same(void) {
+    pt_rng r;
+    int q, k;
+    pt_rng_seed(&r, 8, 2);
+    for (k = 0; k < 2; k++) {
+        mesh m = k ? mesh_blob(20, 0.02, &r) : sticks(5000, &r);
+        int cut[3];
+        for (q = PT_QUALITY_DEFAULT; q <= PT_QUALITY_BEST; q++) {
+            pt_scene *s = scene_built(&m, (pt_quality)q, 1);
+            tally t;
+            test_case("%s, quality %d", k ? "blob" : "sticks", q);
+            cut[q] = census_of(s, 0.4).cut;
+            t = shoot(s, 1000, v3_of(0, 0, 0), 1, &m, &r);
+            check_tally(&t, 100);
+            pt_scene_destroy(s);
+        }
+        CHECK_EQ_INT(cut[PT_QUALITY_FAST], 0);
+        if (k) CHECK_EQ_INT(cut[PT_QUALITY_DEFAULT], 0);
+        else CHECK(cut[PT_QUALITY_DEFAULT] > 100 && cut[PT_QUALITY_BEST] > cut[PT_QUALITY_DEFAULT]);
+        mesh_free(&m);
+    }
+}
+
 /* ---- other things than triangles ---- */
 
 typedef struct slab { v3 lo, hi; } slab;                 /* a user's shape: a horizontal rectangle */
@@ -402,6 +470,8 @@ void test_bvh(void) {
     RUN(few_primitives);
     RUN(large_soups);
     RUN(depth_is_bounded);
+    RUN(the_same_tree_for_any_number_of_threads);
+    RUN(qualities_find_the_same);
     RUN(mixed_scenes_match_brute_force);
     RUN(ties_go_to_the_lower_id);
     RUN(ranges_are_exact);

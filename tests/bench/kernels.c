@@ -1,7 +1,7 @@
 /* kernels.c - how fast are pt.h's ray queries? The same rays for pt.h and, where it is installed, Embree 3 (libembree-dev): one ray
    at a time, in one thread, interleaved; processor time, medians. kernels.sh builds this and passes on what libraries there are.
    usage: kernels [--quick] [--runs N] [--isa scalar|sse2|avx2|neon] [--scenes a,b,...] [--libraries a,b,...] [--csv FILE]
-                  [--no-build]
+                  [--no-build] [--leaks RAYS]
    The first library of the list is the one that all are compared with, embree if it is there. */
 #define _GNU_SOURCE
 #include <float.h>
@@ -22,13 +22,14 @@ static const kernel_library *const known[] = {
     KERNELS_LIBRARIES(ADD)
 #undef ADD
 };
-enum { KNOWN = sizeof known / sizeof *known, MOST_RUNS = 99 };
+enum { KNOWN = sizeof known / sizeof *known, MOST_RUNS = 99, SLICES = 16 };
 enum { PRIMARY, DIFFUSE1, DIFFUSE2, SHADOW0, SHADOW1, SETS };
 static const char *const set_names[SETS] = { "primary", "diffuse 1", "diffuse 2", "shadow 0", "shadow 1" };
 typedef struct ray_set { kernel_ray *rays; size_t count; float *t; } ray_set;
 
 typedef struct options {
     int quick, runs, size, build, threads;
+    size_t leaks;
     const char *isa, *scenes, *csv;
     const kernel_library *libraries[KNOWN];
     int library_count;
@@ -143,30 +144,36 @@ typedef struct scores { score closest, any, build, memory; double worst; } score
 
 static size_t differences(const ray_set *s, const float *t) {
     size_t i, n = 0;
-    for (i = 0; i < s->count; i++) n += !(s->t[i] == t[i] || fabsf(s->t[i] - t[i]) <= 1e-4f * s->t[i]);
+    for (i = 0; i < s->count; i++) n += !(s->t[i] == t[i] || fabsf(s->t[i] - t[i]) <= 1e-4f * (s->t[i] + 1));
     return n;
 }
 static void race_rays(const options *o, const kernel_scene *s, void *built[], ray_set set[SETS], scores total[], FILE *csv) {
     double times[KNOWN][MOST_RUNS], speed[KNOWN], base = 0;
-    float *t = (float *)malloc((set[PRIMARY].count + 1) * sizeof *t);
+    float *t[KNOWN];
     int k, i, run;
+    size_t slice, wrong;
+    for (i = 0; i < o->library_count; i++) t[i] = (float *)calloc(set[PRIMARY].count + 1, sizeof *t[i]);
     for (k = 0; k < SETS; k++) {
-        size_t wrong[KNOWN];
-        for (run = -1; run < o->runs; run++)             /* the first warms up, and says what should be hit */
-            for (i = 0; i < o->library_count; i++) {
-                const kernel_library *l = o->libraries[i];
-                float *out = run < 0 && i == 0 ? set[k].t : t;
-                double start = processor_time(CLOCK_THREAD_CPUTIME_ID);
-                (k < SHADOW0 ? l->closest : l->any)(built[i], set[k].rays, set[k].count, out);
-                if (run < 0) wrong[i] = differences(&set[k], out);
-                else times[i][run] = processor_time(CLOCK_THREAD_CPUTIME_ID) - start;
+        for (run = -1; run < o->runs; run++) {           /* the first warms up, and says what should be hit */
+            for (i = 0; i < o->library_count; i++) times[i][run < 0 ? 0 : run] = 0;
+            for (slice = 0; slice < SLICES; slice++) {   /* in turns, so that what else goes on here harms all alike */
+                size_t begin = set[k].count * slice / SLICES, n = set[k].count * (slice + 1) / SLICES - begin;
+                for (i = 0; i < o->library_count; i++) {
+                    const kernel_library *l = o->libraries[i];
+                    double start = processor_time(CLOCK_THREAD_CPUTIME_ID);
+                    (k < SHADOW0 ? l->closest : l->any)(built[i], set[k].rays + begin, n, t[i] + begin);
+                    times[i][run < 0 ? 0 : run] += processor_time(CLOCK_THREAD_CPUTIME_ID) - start;
+                }
             }
+            if (run < 0) memcpy(set[k].t, t[0], set[k].count * sizeof *t[0]);
+        }
         printf("  %-10s", set_names[k]);
         for (i = 0; i < o->library_count; i++) {
             speed[i] = (double)set[k].count / median(times[i], o->runs) * 1e-6;
             if (i == 0) { base = speed[0]; printf(" %7.2f M rays/s", base); continue; }
             printf("   %s %6.2f = %5.3f", o->libraries[i]->name, speed[i], speed[i] / base);
-            if (wrong[i]) printf(" (%.3f %% differ)", 100 * (double)wrong[i] / (double)set[k].count);
+            wrong = differences(&set[k], t[i]);
+            if (wrong) printf(" (%.3f %% differ)", 100 * (double)wrong / (double)set[k].count);
             score_add(k < SHADOW0 ? &total[i].closest : &total[i].any, speed[i] / base);
             if (speed[i] / base < total[i].worst) total[i].worst = speed[i] / base;
         }
@@ -175,7 +182,7 @@ static void race_rays(const options *o, const kernel_scene *s, void *built[], ra
             fprintf(csv, "%s,%s,%s,%.4f\n", s->name, set_names[k], o->libraries[i]->name, speed[i]);
         fflush(stdout);
     }
-    free(t);
+    for (i = 0; i < o->library_count; i++) free(t[i]);
 }
 static void race_builds(const options *o, const kernel_scene *s, scores total[], FILE *csv) {
     double times[KNOWN][MOST_RUNS], bytes[KNOWN], base = 0, triangles = 0;
@@ -228,6 +235,59 @@ static void race(const options *o, const char *name, scores total[], FILE *csv) 
     scene_free(&s);
 }
 
+/* ---- leaks: rays aimed at edges and corners of a closed ball, along lines through its middle, so that all must hit ---- */
+
+enum { AIM_BATCH = 4096 };
+static float distance(const float a[3], const float b[3]) { float d[3]; sub(a, b, d); return sqrtf(dot(d, d)); }
+static void aim(const kernel_part *m, int kind, kernel_random *r, kernel_ray *ray) {
+    uint32_t corner = (uint32_t)(random_float(r) * 16777216) % (uint32_t)(3 * m->triangles);
+    const float *a = m->positions + 3 * (size_t)m->indices[corner];
+    const float *b = m->positions + 3 * (size_t)m->indices[corner - corner % 3 + (corner + 1) % 3];
+    float along = random_float(r), p[3], middle[3], away = kind == 1 ? 0.001f + 3 * along : kind == 2 ? 1e6f : 0;
+    int k, where = (int)(random_float(r) * 3);
+    along = where == 0 ? 0.0f : where == 1 ? 0.5f : random_float(r);
+    for (k = 0; k < 3; k++) {
+        p[k] = a[k] + along * (b[k] - a[k]);
+        middle[k] = 0.05f * (random_float(r) - 0.5f);
+        ray->org[k] = kind ? p[k] + away * (p[k] - middle[k]) : middle[k];
+        ray->dir[k] = (kind ? middle[k] : p[k]) - ray->org[k];
+    }
+    normalize(ray->dir);
+    ray->tmin = 0;
+    ray->tmax = kind ? 0.5f + away * distance(p, middle) : 1e30f;      /* not the far side */
+}
+static void count_leaks(const options *o) {
+    static const char *const kinds[3] = { "from inside", "from outside", "from 10^6 times its size" };
+    static const double center[3] = { 0, 0, 0 };
+    kernel_ray rays[AIM_BATCH];
+    float t[AIM_BATCH];
+    kernel_scene s;
+    int i, kind;
+    size_t n, k, batch;
+    memset(&s, 0, sizeof s);
+    s.parts = 1;
+    scene_blob(&s.part[0], center, 1, 40, 0.3, 5);
+    for (i = 0; i < o->library_count; i++) {
+        const kernel_library *l = o->libraries[i];
+        void *built = l->build(&s, o->isa, 1);
+        printf("%s: rays aimed at edges and corners that hit nothing:", l->name);
+        for (kind = 0; kind < 3; kind++) {
+            kernel_random r = random_seed((uint32_t)kind);
+            size_t leaks = 0;
+            for (n = 0; n < o->leaks / 3; n += batch) {
+                batch = o->leaks / 3 - n < AIM_BATCH ? o->leaks / 3 - n : AIM_BATCH;
+                for (k = 0; k < batch; k++) aim(&s.part[0], kind, &r, rays + k);
+                l->any(built, rays, batch, t);
+                for (k = 0; k < batch; k++) leaks += t[k] == 0;
+            }
+            printf(" %lu %s%s", (unsigned long)leaks, kinds[kind], kind < 2 ? "," : "");
+        }
+        printf(", of %lu each\n", (unsigned long)(o->leaks / 3));
+        l->destroy(built);
+    }
+    scene_free(&s);
+}
+
 static int parse(options *o, int argc, char **argv) {
     int i, k;
     memset(o, 0, sizeof *o);
@@ -238,6 +298,7 @@ static int parse(options *o, int argc, char **argv) {
         if (!strcmp(argv[i], "--quick")) { o->quick = 1; o->runs = 3; o->size = 512; continue; }
         if (!strcmp(argv[i], "--no-build")) { o->build = 0; continue; }
         if (!strcmp(argv[i], "--runs")) o->runs = atoi(value);
+        else if (!strcmp(argv[i], "--leaks")) o->leaks = (size_t)atof(value);
         else if (!strcmp(argv[i], "--size")) o->size = atoi(value);
         else if (!strcmp(argv[i], "--isa")) o->isa = value;
         else if (!strcmp(argv[i], "--scenes")) o->scenes = value;
@@ -270,6 +331,7 @@ int main(int argc, char **argv) {
     for (i = 0; i < KNOWN; i++) total[i].worst = 1e9;
     against = !strcmp(o.libraries[0]->name, "embree") || o.library_count > 1;
     if (!against) printf("Embree 3 (libembree-dev) is not here: our figures alone\n");
+    if (o.leaks) { count_leaks(&o); return 0; }
     if (o.csv) csv = fopen(o.csv, "a");
     snprintf(list, sizeof list, "%s", o.scenes);
     while ((name = strtok_r(rest, ",", &rest)) != NULL) race(&o, name, total, csv);
