@@ -1806,7 +1806,9 @@ static int pti_closer(const pti_hit *h, float t, uint32_t outer, uint32_t prim) 
 
 /* Four triangles side by side: v[corner][axis][lane]. Unused lanes are NaN, which nothing hits. */
 typedef struct pti_packet { float v[3][3][PTI_LANES]; uint32_t prim[PTI_LANES]; } pti_packet;
-PTI_INLINE const float *pti_packet_row(const pti_packet *p, int corner, size_t row) { return p->v[corner][0] + row; }
+PTI_INLINE const float *pti_packet_row(const pti_packet *p, int corner, size_t row) {
+    return (const float *)(const void *)p + 3 * PTI_LANES * corner + row;
+}
 
 /* Watertight ray-triangle test (Woop, Benthin and Wald 2013). The corners are moved and sheared so that the ray becomes
    the z axis; then the signs of

@@ -254,7 +254,7 @@ static void aim(const kernel_part *m, int kind, kernel_random *r, kernel_ray *ra
     }
     normalize(ray->dir);
     ray->tmin = 0;
-    ray->tmax = kind ? 0.5f + away * distance(p, middle) : 1e30f;      /* not the far side */
+    ray->tmax = kind ? (kind == 2 ? 1.0f : 0.5f) + away * distance(p, middle) : 1e30f;       /* not the far side */
 }
 static void count_leaks(const options *o) {
     static const char *const kinds[3] = { "from inside", "from outside", "from 10^6 times its size" };
