@@ -621,8 +621,8 @@ PT_DEF void      pt_mesh_free(pt_mesh *mesh);
    infinite) hits nothing. A hit's t is in units of |dir|; where two are equally near, what was added first is hit. */
 PT_DEF int      pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x);     /* nearest hit; 0 = none */
 PT_DEF int      pt_occluded(const pt_scene *s, const pt_ray *ray);                    /* any hit */
-/* The same for many rays at once, in the order given, and only what costs next to nothing: with a few dozen triangles four
-   times as fast, with a million hardly faster. Both return how many rays hit something. */
+/* The same for many rays at once, one after the other, and of a hit only what costs next to nothing: no normals, no texture
+   coordinates. Both return how many rays hit something; NULL rays hit nothing. */
 typedef struct pt_hit {
     float t;                                              /* infinite where nothing is hit; the rest is zero then */
     float u, v;                                           /* on triangles: p = (1 - u - v) a + u b + v c; 0 on spheres */
