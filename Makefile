@@ -18,7 +18,7 @@ FUZZ_SECONDS ?= 60
 help:                             # the default
 	@echo 'make demo      build some examples and draw their pictures into out/ (about a minute)'
 	@echo 'make test      build and run the tests; the last line is "N passed, N failed"'
-	@echo 'make bench     how fast: two scenes, mesh reading, tree building'
+	@echo 'make bench     how fast: two scenes, mesh reading, rays and trees against Embree (QUICK=1: smaller and less exact)'
 	@echo 'make figures   the pictures of the README, and how well directions are drawn: tables (hours; SPP=64: minutes)'
 	@echo 'make check     the compiler matrix, the symbols an object needs, the tests under sanitizers'
 	@echo 'make portable  the same pictures from other compilers, flags and machines: are all bits equal?'
@@ -52,6 +52,7 @@ bench: out/knot.obj
 	$(CC) -O2 tests/bench/bench.c -o out/bench $(LDLIBS)
 	out/bench
 	@sh tests/bench/bench_mesh.sh out
+	@sh tests/bench/kernels.sh out $(if $(QUICK),--quick)
 
 figures: out/render_obj out/knot.obj
 	@sh examples/figures.sh out $(PICTURES)

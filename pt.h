@@ -129,7 +129,19 @@ typedef enum pt_light_choice {
     PT_CHOOSE_POWER,                                      /* by power alone */
     PT_CHOOSE_UNIFORM                                     /* all alike */
 } pt_light_choice;
-typedef struct pt_scene_desc { pt_allocator allocator; pt_logger logger; pt_light_choice choose; } pt_scene_desc;
+/* How much care the trees that rays go through are built with. Pictures are the same, to the bit. */
+typedef enum pt_quality {
+    PT_QUALITY_DEFAULT,                                   /* triangles that stick out are cut in pieces, up to 1/8 more */
+    PT_QUALITY_FAST,                                      /* for scenes that are built again and again */
+    PT_QUALITY_BEST                                       /* for long renders: up to 1/2 more */
+} pt_quality;
+typedef struct pt_scene_desc {
+    pt_allocator allocator;
+    pt_logger logger;
+    pt_light_choice choose;
+    int threads;                                          /* of pt_scene_commit, up to 4096; 0 = one a core */
+    pt_quality quality;
+} pt_scene_desc;
 
 PT_DEF pt_scene   *pt_scene_create(const pt_scene_desc *desc);   /* NULL desc = defaults; NULL when out of memory */
 PT_DEF void        pt_scene_destroy(pt_scene *s);                /* NULL is fine. Renders and instances of s go first */
@@ -608,8 +620,20 @@ PT_DEF void      pt_mesh_free(pt_mesh *mesh);
 
 /* ---- the toolbox: the parts the integrator is made of, for teaching, tests and other uses ------------- */
 
+/* Ray queries. The scene must be committed; any number of threads. A ray that can not be (direction zero, or anything NaN or
+   infinite) hits nothing. A hit's t is in units of |dir|; where two are equally near, what was added first is hit. */
 PT_DEF int      pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x);     /* nearest hit; 0 = none */
 PT_DEF int      pt_occluded(const pt_scene *s, const pt_ray *ray);                    /* any hit */
+/* The same for many rays at once, one after the other, and of a hit only what costs next to nothing: no normals, no texture
+   coordinates. Both return how many rays hit something; NULL rays hit nothing. */
+typedef struct pt_hit {
+    float t;                                              /* infinite where nothing is hit; the rest is zero then */
+    float u, v;                                           /* on triangles: p = (1 - u - v) a + u b + v c; 0 on spheres */
+    uint32_t prim;                                        /* triangle within its mesh; 0 elsewhere */
+    pt_shape shape, instance;                             /* as in pt_vertex: shape.id is never 0 where something is hit */
+} pt_hit;
+PT_DEF size_t   pt_intersect_all(const pt_scene *s, const pt_ray *rays, size_t count, pt_hit *hits);
+PT_DEF size_t   pt_occluded_all(const pt_scene *s, const pt_ray *rays, size_t count, unsigned char *occluded);   /* 0 or 1 */
 typedef struct pt_rng { uint64_t state, inc; } pt_rng;    /* PCG32 */
 PT_DEF void     pt_rng_seed(pt_rng *r, uint64_t seed, uint64_t stream);
 PT_DEF uint32_t pt_rng_u32(pt_rng *r);
@@ -666,7 +690,7 @@ static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y
 
 #if defined(__GNUC__)
 #define PTI_INLINE static inline __attribute__((always_inline))
-#define PTI_AVX2   __attribute__((target("avx2,fma")))
+#define PTI_AVX2   __attribute__((target("avx2,fma,bmi,popcnt")))
 #define PTI_NOINLINE static __attribute__((noinline))
 #else
 #define PTI_INLINE static inline
@@ -693,6 +717,15 @@ PTI_INLINE int pti_lowest_bit(uint32_t x) {
 #else
     int k = 0;
     while (!(x >> k & 1)) k++;
+    return k;
+#endif
+}
+PTI_INLINE uint32_t pti_highest_bit(uint32_t x) {        /* and of the highest */
+#if defined(__GNUC__)
+    return 31u - (uint32_t)__builtin_clz(x);
+#else
+    uint32_t k = 31;
+    while (!(x >> k & 1)) k--;
     return k;
 #endif
 }
@@ -746,10 +779,10 @@ static int pti_isa_supported(int isa) {
     if (isa == PTI_AVX2_ISA) {
         unsigned a, b, c, d, lo, hi;
         if (!__get_cpuid(1, &a, &b, &c, &d)) return 0;
-        if (!(c & (1u << 12)) || !(c & (1u << 27))) return 0;                   /* FMA; the OS has switched XSAVE on */
+        if (!(c & (1u << 12)) || !(c & (1u << 23)) || !(c & (1u << 27))) return 0;      /* FMA; POPCNT; the OS uses XSAVE */
         __asm__ volatile("xgetbv" : "=a"(lo), "=d"(hi) : "c"(0));
         if ((lo & 6) != 6) return 0;                                           /* and saves the wide registers */
-        return __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & (1u << 5));     /* AVX2 */
+        return __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & (1u << 3)) && (b & (1u << 5));      /* BMI1; AVX2 */
     }
 #elif defined(PTI_NEON)
     if (isa == PTI_NEON_ISA) return 1;
@@ -797,16 +830,29 @@ static int  pti_cores(void) { return 1; }
 static double pti_seconds(void) { return 0; }
 #endif
 
-/* Memory. The built-in allocator aligns by itself and keeps malloc's own pointer just below the block. */
+/* Memory. The built-in allocator aligns by itself and keeps malloc's own pointer just below the block. Where Linux lends pages
+   of 2 MB to those who ask, large blocks ask: rays jump about in trees, and each new page costs them a look into the page
+   tables. (Strict C99 hides the declaration, and C++ would mind one of our own, hence the other name.) */
 #define PTI_ALIGN 64
+#if defined(__linux__) && defined(__GNUC__) && !defined(PT_NO_THREADS)
+#define PTI_HUGE ((size_t)2 << 20)
+extern int pti_madvise(void *at, size_t size, int advice) __asm__("madvise");
+static void pti_ask_for_huge_pages(void *p, size_t size) { (void)pti_madvise(p, size, 14); }     /* MADV_HUGEPAGE */
+#else
+#define PTI_HUGE SIZE_MAX
+static void pti_ask_for_huge_pages(void *p, size_t size) { (void)p; (void)size; }
+#endif
 static void *pti_default_alloc(void *user, size_t size, size_t align) {
+    int huge = size / 2 > PTI_HUGE;
     char *raw, *p;
     (void)user;
+    if (huge) align = PTI_HUGE;
     raw = (char *)malloc(size + align + sizeof raw);
     if (!raw) return NULL;
     p = raw + sizeof raw;
     p += (align - (uintptr_t)p % align) % align;
     memcpy(p - sizeof raw, &raw, sizeof raw);
+    if (huge) pti_ask_for_huge_pages(p, size / PTI_HUGE * PTI_HUGE);
     return p;
 }
 static void pti_default_free(void *user, void *ptr, size_t size) {
@@ -819,12 +865,13 @@ static pt_allocator pti_allocator_or_default(pt_allocator a) {
     if (!a.alloc || !a.free) { a.alloc = pti_default_alloc; a.free = pti_default_free; a.user = NULL; }
     return a;
 }
-static void *pti_alloc(const pt_allocator *a, size_t count, size_t size) {     /* zeroed; NULL on overflow too */
-    void *p;
-    if (count > (SIZE_MAX - 2 * PTI_ALIGN) / size) return NULL;
-    if (!count) count = 1;
-    p = a->alloc(a->user, count * size, PTI_ALIGN);
-    if (p) memset(p, 0, count * size);
+static void *pti_alloc_unset(const pt_allocator *a, size_t count, size_t size) {         /* NULL on overflow too */
+    if (count > (SIZE_MAX / 2 - 2 * PTI_ALIGN) / size) return NULL;
+    return a->alloc(a->user, (count ? count : 1) * size, PTI_ALIGN);
+}
+static void *pti_alloc(const pt_allocator *a, size_t count, size_t size) {               /* zeroed */
+    void *p = pti_alloc_unset(a, count, size);
+    if (p) memset(p, 0, (count ? count : 1) * size);
     return p;
 }
 static void pti_free(const pt_allocator *a, void *p, size_t count, size_t size) {
@@ -845,6 +892,78 @@ static int pti_grow(const pt_allocator *a, void **array, size_t count, size_t *c
     *capacity = more;
     return 1;
 }
+
+/* Calls work(user, i) for each i below count, on up to `threads` threads of which the caller's is one. Which thread does what
+   is left to chance, so the calls must not care. */
+typedef void pti_work(void *user, size_t i);
+typedef struct pti_team { pti_mutex lock; pti_work *work; void *user; size_t next, count; } pti_team;
+static void *pti_team_member(void *p) {
+    pti_team *t = (pti_team *)p;
+    pti_fpmode mode = pti_fpmode_enter();
+    for (;;) {
+        size_t i;
+        pti_lock(&t->lock);
+        i = t->next++;
+        pti_unlock(&t->lock);
+        if (i >= t->count) break;
+        t->work(t->user, i);
+    }
+    pti_fpmode_leave(mode);
+    return NULL;
+}
+#define PTI_TEAM 64
+static void pti_parallel(int threads, pti_work *work, void *user, size_t count) {
+    pti_thread others[PTI_TEAM];
+    pti_team t;
+    size_t i;
+    int n = 0;
+    memset(&t, 0, sizeof t);
+    t.work = work; t.user = user; t.count = count;
+    if (threads > PTI_TEAM) threads = PTI_TEAM;
+    if (threads < 2 || count < 2 || !pti_mutex_init(&t.lock)) {
+        for (i = 0; i < count; i++) work(user, i);
+        return;
+    }
+    while (n + 1 < threads && (size_t)n + 1 < count && pti_thread_start(&others[n], pti_team_member, &t)) n++;
+    pti_team_member(&t);
+    while (n > 0) pti_thread_join(others[--n]);
+    pti_mutex_free(&t.lock);
+}
+
+/* Four floats side by side, for the boxes of a tree that is being built. */
+#if defined(PTI_X86)
+typedef __m128 pti_f4;
+PTI_INLINE pti_f4 pti_f4_load(const void *p) { return _mm_loadu_ps((const float *)p); }
+PTI_INLINE void pti_f4_store(void *p, pti_f4 a) { _mm_storeu_ps((float *)p, a); }
+PTI_INLINE pti_f4 pti_f4_set(float a) { return _mm_set1_ps(a); }
+PTI_INLINE pti_f4 pti_f4_add(pti_f4 a, pti_f4 b) { return _mm_add_ps(a, b); }
+PTI_INLINE pti_f4 pti_f4_sub(pti_f4 a, pti_f4 b) { return _mm_sub_ps(a, b); }
+PTI_INLINE pti_f4 pti_f4_mul(pti_f4 a, pti_f4 b) { return _mm_mul_ps(a, b); }
+PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return _mm_min_ps(a, b); }
+PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return _mm_max_ps(a, b); }
+#elif defined(PTI_NEON)
+typedef float32x4_t pti_f4;
+PTI_INLINE pti_f4 pti_f4_load(const void *p) { return vld1q_f32((const float *)p); }
+PTI_INLINE void pti_f4_store(void *p, pti_f4 a) { vst1q_f32((float *)p, a); }
+PTI_INLINE pti_f4 pti_f4_set(float a) { return vdupq_n_f32(a); }
+PTI_INLINE pti_f4 pti_f4_add(pti_f4 a, pti_f4 b) { return vaddq_f32(a, b); }
+PTI_INLINE pti_f4 pti_f4_sub(pti_f4 a, pti_f4 b) { return vsubq_f32(a, b); }
+PTI_INLINE pti_f4 pti_f4_mul(pti_f4 a, pti_f4 b) { return vmulq_f32(a, b); }
+PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return vminq_f32(a, b); }
+PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return vmaxq_f32(a, b); }
+#else
+typedef struct pti_f4 { float v[4]; } pti_f4;
+PTI_INLINE pti_f4 pti_f4_load(const void *p) { pti_f4 r; memcpy(r.v, p, sizeof r.v); return r; }
+PTI_INLINE void pti_f4_store(void *p, pti_f4 a) { memcpy(p, a.v, sizeof a.v); }
+PTI_INLINE pti_f4 pti_f4_set(float a) { pti_f4 r; r.v[0] = r.v[1] = r.v[2] = r.v[3] = a; return r; }
+#define PTI_F4_EACH(name, expression) \
+    PTI_INLINE pti_f4 name(pti_f4 a, pti_f4 b) { int k; for (k = 0; k < 4; k++) a.v[k] = expression; return a; }
+PTI_F4_EACH(pti_f4_add, a.v[k] + b.v[k])
+PTI_F4_EACH(pti_f4_sub, a.v[k] - b.v[k])
+PTI_F4_EACH(pti_f4_mul, a.v[k] * b.v[k])
+PTI_F4_EACH(pti_f4_min, a.v[k] < b.v[k] ? a.v[k] : b.v[k])
+PTI_F4_EACH(pti_f4_max, a.v[k] > b.v[k] ? a.v[k] : b.v[k])
+#endif
 
 /* Texts, without stdio. pti_format knows %s (string), %u (uint64_t), %d (int) and %g (double, six digits). */
 typedef struct pti_text { char *at; size_t left; } pti_text;
@@ -1631,28 +1750,36 @@ static const pti_instance *pti_instance_at(const pti_instance *in, float time, p
 /* A ray, prepared once for all its tests. */
 typedef struct pti_ray {
     float org[3], dir[3], tmin, time;
-    int kx, ky, kz;                                      /* triangles: axes such that |dir[kz]| is largest */
-    float sx, sy, sz;                                    /* and the shear that makes the ray +z */
+    size_t kx, ky, kz;                                   /* triangles: rows of a packet such that |dir| along kz is largest */
+    float ox, oy, oz, sx, sy, sz;                        /* the origin along them, and the shear that makes the ray +z */
     int near_row[3];                                     /* boxes: rows of a node with the nearer planes */
-    float inverse[3], near_add[3], far_add[3];           /* t = plane * inverse + add */
+    float near_inverse[3], near_add[3];                  /* t = plane * inverse + add */
+    float far_inverse[3], far_add[3];
 } pti_ray;
+#define PTI_LANES 4                                      /* triangles in a packet */
+#define PTI_WIDEN (1 + 2 * PTI_ULPS_8)
 
 /* Boxes: (plane - org) / dir, turned into one multiply-add. Every rounding on the way is at most a few 2^-24 of |t| or of
-   |org / dir|; adding eight of the latter here, and widening t in the kernels, makes the test conservative (Ize 2013):
-   it never misses a box that the triangle test below would find a hit in. Along an axis where the ray does not move, all
-   is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m. */
+   |org / dir|; adding eight of the latter here, and widening t where the ray leaves a box or ends, makes the test conservative
+   (Ize 2013): it never misses a box that the triangle test below would find a hit in. Along an axis where the ray does not
+   move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m. */
 PTI_INLINE void pti_ray_axis(pti_ray *r, int k, float largest) {
-    float d = r->dir[k], offset, pad;
+    float d = r->dir[k], offset, pad, inverse;
     int moves = fabsf(d) > largest * 1e-16f;
-    r->inverse[k] = moves ? 1 / d : 1e26f;
-    offset = r->org[k] * r->inverse[k];
+    inverse = moves ? 1 / d : 1e26f;
+    offset = r->org[k] * inverse;
     pad = PTI_ULPS_8 * fabsf(offset) + (moves ? 0.0f : 1e18f);
+    r->near_inverse[k] = inverse;
     r->near_add[k] = -offset - pad;
-    r->far_add[k] = -offset + pad;
-    r->near_row[k] = 2 * k + (r->inverse[k] < 0);
+    r->far_inverse[k] = inverse * PTI_WIDEN;
+    r->far_add[k] = (-offset + pad) * PTI_WIDEN;
+    r->near_row[k] = 2 * k + (inverse < 0);
 }
-static void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
+PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
+    static const int axes[5] = { 0, 1, 2, 0, 1 };
     float largest = pti_largest_abs(dir);
+    int is_x = fabsf(dir.x) == largest, is_y = fabsf(dir.y) == largest, z = (1 - is_x) * (2 - is_y);      /* no branch */
+    int x = axes[z + 1], y = axes[z + 2];
     r->org[0] = org.x; r->org[1] = org.y; r->org[2] = org.z;
     r->dir[0] = dir.x; r->dir[1] = dir.y; r->dir[2] = dir.z;
     r->tmin = pti_max(tmin, 0);
@@ -1660,12 +1787,11 @@ static void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, fl
     pti_ray_axis(r, 0, largest);
     pti_ray_axis(r, 1, largest);
     pti_ray_axis(r, 2, largest);
-    r->kz = fabsf(dir.x) == largest ? 0 : fabsf(dir.y) == largest ? 1 : 2;
-    r->kx = (r->kz + 1) % 3;
-    r->ky = (r->kx + 1) % 3;
-    r->sz = r->inverse[r->kz];
-    r->sx = r->dir[r->kx] * r->sz;
-    r->sy = r->dir[r->ky] * r->sz;
+    r->kx = (size_t)x * PTI_LANES; r->ky = (size_t)y * PTI_LANES; r->kz = (size_t)z * PTI_LANES;
+    r->ox = r->org[x]; r->oy = r->org[y]; r->oz = r->org[z];
+    r->sz = r->near_inverse[z];
+    r->sx = r->dir[x] * r->sz;
+    r->sy = r->dir[y] * r->sz;
 }
 
 /* A hit on its way to becoming a pt_vertex. Ties in t are decided by the ids in the outer, then in the inner scene. */
@@ -1682,8 +1808,10 @@ static int pti_closer(const pti_hit *h, float t, uint32_t outer, uint32_t prim) 
 }
 
 /* Four triangles side by side: v[corner][axis][lane]. Unused lanes are NaN, which nothing hits. */
-#define PTI_LANES 4
 typedef struct pti_packet { float v[3][3][PTI_LANES]; uint32_t prim[PTI_LANES]; } pti_packet;
+PTI_INLINE const float *pti_packet_row(const pti_packet *p, int corner, size_t row) {
+    return (const float *)(const void *)p + 3 * PTI_LANES * corner + row;
+}
 
 /* Watertight ray-triangle test (Woop, Benthin and Wald 2013). The corners are moved and sheared so that the ray becomes
    the z axis; then the signs of
@@ -1691,22 +1819,26 @@ typedef struct pti_packet { float v[3][3][PTI_LANES]; uint32_t prim[PTI_LANES]; 
    tell on which side of each edge it passes. Two triangles that share an edge compute the same number for it but for the
    sign, since each product is rounded alone: no ray falls between them. A zero may be nothing but rounding, all three of
    them where a triangle is tiny: it is computed again in double, where products of floats are exact. A true zero counts
-   for both sides. */
+   for both sides. Then
+       t = (U az + V bz + W cz) / (U + V + W) sz
+   lies between the corners, hence in their box, unless so much underflows that t means nothing: no hit. */
+#define PTI_LEAST 7.5e-37f                               /* 2^-120, 2^29 times the least denormal */
 static float pti_edge(float ax, float ay, float bx, float by) {
     float e = ax * by - ay * bx;
     return e != 0 ? e : (float)((double)ax * (double)by - (double)ay * (double)bx);
 }
 static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, float *t, float *u, float *v) {
-    float az = p->v[0][r->kz][lane] - r->org[r->kz], ax = (p->v[0][r->kx][lane] - r->org[r->kx]) - r->sx * az;
-    float bz = p->v[1][r->kz][lane] - r->org[r->kz], bx = (p->v[1][r->kx][lane] - r->org[r->kx]) - r->sx * bz;
-    float cz = p->v[2][r->kz][lane] - r->org[r->kz], cx = (p->v[2][r->kx][lane] - r->org[r->kx]) - r->sx * cz;
-    float ay = (p->v[0][r->ky][lane] - r->org[r->ky]) - r->sy * az;
-    float by = (p->v[1][r->ky][lane] - r->org[r->ky]) - r->sy * bz;
-    float cy = (p->v[2][r->ky][lane] - r->org[r->ky]) - r->sy * cz;
-    float U = pti_edge(cx, cy, bx, by), V = pti_edge(ax, ay, cx, cy), W = pti_edge(bx, by, ax, ay), det = U + V + W;
+    float az = pti_packet_row(p, 0, r->kz)[lane] - r->oz, ax = (pti_packet_row(p, 0, r->kx)[lane] - r->ox) - r->sx * az;
+    float bz = pti_packet_row(p, 1, r->kz)[lane] - r->oz, bx = (pti_packet_row(p, 1, r->kx)[lane] - r->ox) - r->sx * bz;
+    float cz = pti_packet_row(p, 2, r->kz)[lane] - r->oz, cx = (pti_packet_row(p, 2, r->kx)[lane] - r->ox) - r->sx * cz;
+    float ay = (pti_packet_row(p, 0, r->ky)[lane] - r->oy) - r->sy * az;
+    float by = (pti_packet_row(p, 1, r->ky)[lane] - r->oy) - r->sy * bz;
+    float cy = (pti_packet_row(p, 2, r->ky)[lane] - r->oy) - r->sy * cz;
+    float U = pti_edge(cx, cy, bx, by), V = pti_edge(ax, ay, cx, cy), W = pti_edge(bx, by, ax, ay);
+    float det = U + V + W, T = U * az + V * bz + W * cz;
     if ((U < 0 || V < 0 || W < 0) && (U > 0 || V > 0 || W > 0)) return 0;
-    if (det == 0) return 0;
-    *t = r->sz * (U * az + V * bz + W * cz) / det;
+    if (!(fabsf(T) > PTI_LEAST)) return 0;
+    *t = r->sz * T / det;
     *u = V / det;
     *v = W / det;
     return *t > r->tmin;
@@ -1787,18 +1919,21 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
 }
 
 /* ---- >>bvh ---------------------------------------------------------------------------------------------
-   A tree of boxes with up to eight children a node, built from the top. A node starts as one range of primitives; the
-   child with the largest surface is split in two, again and again, until there are eight (Wald, Benthin and Boulos 2008).
-   A split goes where the surface area heuristic says that random rays will meet least:
+   A tree of boxes with up to eight children a node. First a tree of two children a node is built from the top: a range of
+   primitives is split where the surface area heuristic says that random rays will meet least,
        cost = area(left) packets(left) + area(right) packets(right)
-   over 16 bins along each axis (Wald 2007). Leaves hold one packet of triangles, or one other object. */
+   over bins along the three axes (Wald 2007). Then each node takes in the largest of its descendants until it has eight
+   (Wald, Benthin and Boulos 2008). Leaves hold one packet of triangles, or one other object.
+   Threads share the work, in an order that chance decides, but what each of them does depends on nothing but the range: the
+   tree is the same for any number of them. */
 
 #define PTI_WIDTH 8
 #define PTI_BINS 16
+#define PTI_MOST_BINS 32
 #define PTI_MAX_DEPTH 62                                 /* of splits, hence also of nodes */
 #define PTI_STACK (PTI_MAX_DEPTH * (PTI_WIDTH - 1) + 2)  /* all that one descent can leave to be visited */
 
-/* What a child is, in the top two bits, and its index below. */
+/* What a child is, in the top two bits, and below where: nodes and packets in blocks, objects among the shapes. */
 #define PTI_INNER  0x00000000u
 #define PTI_LEAF   0x40000000u                           /* a packet */
 #define PTI_OBJECT 0x80000000u                           /* a shape that is not a mesh */
@@ -1809,13 +1944,22 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
 typedef struct pti_node {
     float plane[6][PTI_WIDTH];                           /* x low, x high, y low, y high, z low, z high, of each child */
     uint32_t child[PTI_WIDTH];                           /* unused ones: PTI_NONE, with an inside-out box */
+    uint32_t order[8];                                   /* for each octant of directions (1: x < 0, 2: y < 0, 4: z < 0) the
+                                                            children from far to near, four bits each, the first lowest */
 } pti_node;
+/* A node is followed by the packets of its leaves, then by its inner children and all that is theirs. */
+typedef struct pti_block { float f[8]; } pti_block;
+#define PTI_NODE_BLOCKS   (sizeof(pti_node) / sizeof(pti_block))
+#define PTI_PACKET_BLOCKS (sizeof(pti_packet) / sizeof(pti_block))
 typedef struct pti_bvh {
-    pti_node *nodes;     size_t node_count, node_capacity;
-    pti_packet *packets; size_t packet_count, packet_capacity;
+    pti_block *blocks; size_t block_count;
     uint32_t root;
     pti_bounds bounds;
 } pti_bvh;
+PTI_INLINE pti_node *pti_node_at(const pti_bvh *b, uint32_t child) { return (pti_node *)(void *)(b->blocks + child); }
+PTI_INLINE pti_packet *pti_packet_at(const pti_bvh *b, uint32_t child) {
+    return (pti_packet *)(void *)(b->blocks + PTI_INDEX(child));
+}
 
 typedef struct pti_geometry {
     pti_shape *shapes;   size_t shape_count, shape_capacity;
@@ -1823,212 +1967,480 @@ typedef struct pti_geometry {
     pti_bvh bvh;
 } pti_geometry;
 
-/* While it is built: a primitive, a range of them, the builder. */
-typedef struct pti_ref { pti_bounds box; uint32_t shape, prim; } pti_ref;              /* prim within its shape */
-typedef struct pti_range { size_t begin, end; pti_bounds box, centers; int depth; } pti_range;
-typedef struct pti_builder { pti_geometry *g; const pt_allocator *allocator; pti_ref *refs; int failed; } pti_builder;
+/* While it is built. A primitive: what sits beside the corners of its box reads as floats of middling size, so that arithmetic on
+   all four is quick. A range of primitives. A split, kept under the index at which its right half begins, which no other
+   split can have: left and right are the indices of the splits of its halves, 0 where one is a leaf. */
+typedef struct pti_box { pti_f4 lo, hi; } pti_box;
+typedef struct pti_ref { float lo[3]; uint32_t shape; float hi[3]; uint32_t prim; } pti_ref;       /* prim within its shape */
+#define PTI_MIDDLING 0x40000000u                         /* the bits of 2.0f: combined with shape and prim */
+typedef struct pti_range { size_t begin, end; pti_box box, centers; int depth; uint32_t *link; } pti_range;
+typedef struct pti_halves { float lo[3]; uint32_t left; float hi[3]; uint32_t right; } pti_halves;
+typedef struct pti_builder {
+    pti_geometry *g;
+    int threads, bins;
+    pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
+    pti_halves *splits;
+    pti_range *tasks;    size_t task_count;
+    size_t used;                                         /* blocks */
+    uint32_t top;                                        /* the split of all */
+} pti_builder;
 
-static pt_vec3 pti_ref_center(const pti_ref *r) { return pti_add(r->box.lo, r->box.hi); }        /* twice the centre */
+static pti_box pti_box_empty(void) {
+    pti_box b;
+    b.lo = pti_f4_set(FLT_MAX);
+    b.hi = pti_f4_set(-FLT_MAX);
+    return b;
+}
+PTI_INLINE void pti_box_merge(pti_box *b, pti_f4 lo, pti_f4 hi) { b->lo = pti_f4_min(b->lo, lo); b->hi = pti_f4_max(b->hi, hi); }
+static float pti_box_area(const pti_box *b) {            /* half of it */
+    float d[4];
+    pti_f4_store(d, pti_f4_sub(b->hi, b->lo));
+    return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+}
+PTI_INLINE pti_f4 pti_ref_center(const pti_ref *r) { return pti_f4_add(pti_f4_load(r), pti_f4_load(r->hi)); }  /* twice it */
+static const pti_shape *pti_ref_shape(const pti_builder *b, const pti_ref *r) { return b->g->shapes + (r->shape ^ PTI_MIDDLING); }
 
 static pti_range pti_range_make(const pti_builder *b, size_t begin, size_t end, int depth) {
     pti_range r;
     size_t i;
-    r.begin = begin; r.end = end; r.depth = depth;
-    r.box = pti_bounds_empty();
-    r.centers = pti_bounds_empty();
+    r.begin = begin; r.end = end; r.depth = depth; r.link = NULL;
+    r.box = r.centers = pti_box_empty();
     for (i = begin; i < end; i++) {
-        pti_bounds_merge(&r.box, &b->refs[i].box);
-        pti_bounds_point(&r.centers, pti_ref_center(&b->refs[i]));
+        pti_f4 c = pti_ref_center(b->refs + i);
+        pti_box_merge(&r.box, pti_f4_load(b->refs[i].lo), pti_f4_load(b->refs[i].hi));
+        pti_box_merge(&r.centers, c, c);
     }
     return r;
 }
-static int pti_range_is_leaf(const pti_builder *b, const pti_range *r) {
+static int pti_is_leaf(const pti_builder *b, size_t begin, size_t end) {
     size_t i;
-    if (r->end - r->begin == 1) return 1;
-    if (r->end - r->begin > PTI_LANES) return 0;
-    for (i = r->begin; i < r->end; i++)
-        if (b->g->shapes[b->refs[i].shape].kind != PTI_MESH) return 0;
+    if (end - begin == 1) return 1;
+    if (end - begin > PTI_LANES) return 0;
+    for (i = begin; i < end; i++) if (pti_ref_shape(b, b->refs + i)->kind != PTI_MESH) return 0;
     return 1;
 }
 
-typedef struct pti_bin { pti_bounds box; uint32_t count; } pti_bin;
-static int pti_bin_of(float center, float lo, float scale) {
-    int i = (int)((center - lo) * scale);
-    return i < PTI_BINS - 1 ? i : PTI_BINS - 1;
-}
-static float pti_bin_scale(const pti_range *r, int axis) {           /* 0: flat along this axis */
-    float extent = pti_axis(r->centers.hi, axis) - pti_axis(r->centers.lo, axis);
-    return extent > 0 && extent > 1e-37f ? PTI_BINS / extent : 0.0f;
-}
-static void pti_bins_fill(const pti_builder *b, const pti_range *r, int axis, pti_bin bins[PTI_BINS]) {
-    float lo = pti_axis(r->centers.lo, axis), scale = pti_bin_scale(r, axis);
-    size_t i;
+/* Bins along the three axes at once. They are a hair wider than the centres' extent, so that no index leaves them. */
+typedef struct pti_bins { pti_box box[3][PTI_MOST_BINS]; uint32_t count[3][PTI_MOST_BINS]; int size; pti_f4 lo, scale; } pti_bins;
+static void pti_bins_layout(pti_bins *bins, const pti_range *r, int size) {
+    float extent[4];
     int k;
-    for (k = 0; k < PTI_BINS; k++) { bins[k].box = pti_bounds_empty(); bins[k].count = 0; }
-    for (i = r->begin; i < r->end; i++) {
-        k = pti_bin_of(pti_axis(pti_ref_center(&b->refs[i]), axis), lo, scale);
-        pti_bounds_merge(&bins[k].box, &b->refs[i].box);
-        bins[k].count++;
+    bins->size = r->end - r->begin < 16 ? size / 2 : size;
+    bins->lo = r->centers.lo;
+    pti_f4_store(extent, pti_f4_sub(r->centers.hi, r->centers.lo));
+    for (k = 0; k < 3; k++) extent[k] = extent[k] > 1e-36f ? (float)bins->size * 0.9999f / extent[k] : 0.0f;
+    extent[3] = 0;
+    bins->scale = pti_f4_load(extent);
+}
+PTI_INLINE void pti_bins_of(const pti_bins *bins, pti_f4 center, float index[4]) {       /* to be rounded down */
+    pti_f4_store(index, pti_f4_mul(pti_f4_sub(center, bins->lo), bins->scale));
+}
+PTI_INLINE void pti_bin_put(pti_bins *bins, int axis, int k, pti_f4 lo, pti_f4 hi) {
+    pti_box_merge(&bins->box[axis][k], lo, hi);
+    bins->count[axis][k]++;
+}
+static void pti_bins_fill(pti_bins *bins, const pti_builder *b, const pti_range *r) {
+    const pti_ref *ref = b->refs + r->begin, *end = b->refs + r->end;
+    int axis, k;
+    for (axis = 0; axis < 3; axis++)
+        for (k = 0; k < bins->size; k++) { bins->box[axis][k] = pti_box_empty(); bins->count[axis][k] = 0; }
+    for (; ref < end; ref++) {
+        pti_f4 lo = pti_f4_load(ref->lo), hi = pti_f4_load(ref->hi);
+        float at[4];
+        pti_bins_of(bins, pti_f4_add(lo, hi), at);
+        pti_bin_put(bins, 0, (int)at[0], lo, hi);
+        pti_bin_put(bins, 1, (int)at[1], lo, hi);
+        pti_bin_put(bins, 2, (int)at[2], lo, hi);
     }
 }
 static float pti_packets_for(uint32_t count) { return (float)((count + PTI_LANES - 1) / PTI_LANES); }
 
-/* The cheapest border between bins: the number of bins to its left, or 0. */
-static int pti_bins_sweep(const pti_bin bins[PTI_BINS], float *best) {
-    float right[PTI_BINS];
-    pti_bounds box = pti_bounds_empty();
-    uint32_t count = 0;
-    int k, at = 0;
-    for (k = PTI_BINS - 1; k > 0; k--) {
-        pti_bounds_merge(&box, &bins[k].box);
-        count += bins[k].count;
-        right[k] = count ? pti_bounds_area(&box) * pti_packets_for(count) : -1.0f;
+/* The cheapest border between bins of an axis: the number of bins to its left, or 0. */
+static int pti_bins_sweep(const pti_bins *bins, int axis, float *best) {
+    const pti_box *box = bins->box[axis];
+    const uint32_t *count = bins->count[axis];
+    float right[PTI_MOST_BINS], cost;
+    pti_box sum = pti_box_empty();
+    uint32_t n = 0;
+    int k, last = bins->size - 1, at = 0;
+    for (k = last; k > 0; k--) {
+        pti_box_merge(&sum, box[k].lo, box[k].hi);
+        n += count[k];
+        if (!n) { last--; continue; }
+        right[k] = pti_box_area(&sum) * pti_packets_for(n);
     }
-    box = pti_bounds_empty();
-    count = 0;
-    for (k = 1; k < PTI_BINS; k++) {
-        float cost;
-        pti_bounds_merge(&box, &bins[k - 1].box);
-        count += bins[k - 1].count;
-        if (!count || right[k] < 0) continue;
-        cost = pti_bounds_area(&box) * pti_packets_for(count) + right[k];
+    sum = pti_box_empty();
+    for (k = 1, n = 0; k <= last; k++) {
+        if (!count[k - 1]) continue;                     /* as good as the border before */
+        pti_box_merge(&sum, box[k - 1].lo, box[k - 1].hi);
+        n += count[k - 1];
+        cost = pti_box_area(&sum) * pti_packets_for(n) + right[k];
         if (cost < *best) { *best = cost; at = k; }
     }
     return at;
 }
-/* Moves what belongs to the left of border `at` to the front; returns where the right begins. */
-static size_t pti_partition(pti_builder *b, const pti_range *r, int axis, int at) {
-    float lo = pti_axis(r->centers.lo, axis), scale = pti_bin_scale(r, axis);
-    size_t i = r->begin, j = r->end;
-    while (i < j) {
-        if (pti_bin_of(pti_axis(pti_ref_center(&b->refs[i]), axis), lo, scale) < at) i++;
-        else {
-            pti_ref moved = b->refs[i];
-            b->refs[i] = b->refs[--j];
-            b->refs[j] = moved;
-        }
+/* Moves what belongs to the left of border `at` to the front, without a branch for chance to mislead. */
+static void pti_partition(pti_builder *b, const pti_range *r, const pti_bins *bins, int axis, int at, pti_range *left,
+                          pti_range *right) {
+    pti_box side[2];
+    size_t i, middle = r->begin;
+    float index[4];
+    int k;
+    left->box = right->box = side[0] = side[1] = pti_box_empty();
+    for (k = 0; k < bins->size; k++) {
+        const pti_box *box = &bins->box[axis][k];
+        pti_box_merge(k < at ? &left->box : &right->box, box->lo, box->hi);
     }
-    return i;
+    for (i = r->begin; i < r->end; i++) {
+        pti_ref *here = b->refs + i, *there = b->refs + middle;
+        pti_f4 lo = pti_f4_load(here->lo), hi = pti_f4_load(here->hi), c = pti_f4_add(lo, hi);
+        pti_bins_of(bins, c, index);
+        k = (int)index[axis] < at;
+        pti_box_merge(&side[k], c, c);
+        *here = *there;
+        pti_f4_store(there, lo);
+        pti_f4_store(there->hi, hi);
+        middle += (size_t)k;
+    }
+    left->centers = side[1]; right->centers = side[0];
+    left->begin = r->begin; left->end = right->begin = middle; right->end = r->end;
+    left->depth = right->depth = r->depth + 1;
 }
 static int pti_log2_ceil(size_t n) {
     int k = 0;
     while (n > 1) { n = (n + 1) / 2; k++; }
     return k;
 }
+static int pti_bin_of(float center, float lo, float scale) {         /* for lights, which have bins of their own */
+    int i = (int)((center - lo) * scale);
+    return i < PTI_BINS - 1 ? i : PTI_BINS - 1;
+}
 /* Where all centres coincide, or the tree grows too deep, half goes left. */
 static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left, pti_range *right) {
-    pti_bin bins[PTI_BINS];
-    float best = FLT_MAX;
-    size_t middle = r->begin + (r->end - r->begin) / 2;
+    pti_bins bins;
+    pti_halves *split;
+    float best = FLT_MAX, corner[4];
     int axis, at, best_axis = -1, best_at = 0;
-    if (r->depth + 1 + pti_log2_ceil(r->end - r->begin) < PTI_MAX_DEPTH)
+    if (r->depth + 1 + pti_log2_ceil(r->end - r->begin) < PTI_MAX_DEPTH) {
+        pti_bins_layout(&bins, r, b->bins);
+        pti_bins_fill(&bins, b, r);
         for (axis = 0; axis < 3; axis++) {
-            if (!(pti_bin_scale(r, axis) > 0)) continue;
-            pti_bins_fill(b, r, axis, bins);
-            at = pti_bins_sweep(bins, &best);
+            at = pti_bins_sweep(&bins, axis, &best);
             if (at) { best_axis = axis; best_at = at; }
         }
-    if (best_axis >= 0) middle = pti_partition(b, r, best_axis, best_at);
-    *left = pti_range_make(b, r->begin, middle, r->depth + 1);
-    *right = pti_range_make(b, middle, r->end, r->depth + 1);
+    }
+    if (best_axis >= 0) pti_partition(b, r, &bins, best_axis, best_at, left, right);
+    else {
+        size_t middle = r->begin + (r->end - r->begin) / 2;
+        *left = pti_range_make(b, r->begin, middle, r->depth + 1);
+        *right = pti_range_make(b, middle, r->end, r->depth + 1);
+    }
+    split = b->splits + right->begin;
+    pti_f4_store(corner, r->box.lo); memcpy(split->lo, corner, sizeof split->lo);
+    pti_f4_store(corner, r->box.hi); memcpy(split->hi, corner, sizeof split->hi);
+    split->left = split->right = 0;
+    left->link = &split->left; right->link = &split->right;
+    *r->link = (uint32_t)right->begin;
+}
+static void pti_build_range(pti_builder *b, const pti_range *r) {
+    pti_range left, right;
+    if (pti_is_leaf(b, r->begin, r->end)) return;
+    pti_split_range(b, r, &left, &right);
+    pti_build_range(b, &left);
+    pti_build_range(b, &right);
 }
 
-static uint32_t pti_build_leaf(pti_builder *b, const pti_range *r) {
-    pti_bvh *bvh = &b->g->bvh;
-    const pti_ref *ref = b->refs + r->begin;
-    const pti_shape *shape = b->g->shapes + ref->shape;
-    pti_packet *p;
-    void *array = bvh->packets;
-    size_t i;
-    int corner;
-    if (shape->kind != PTI_MESH) return PTI_OBJECT | ref->shape;
-    if (!pti_grow(b->allocator, &array, bvh->packet_count, &bvh->packet_capacity, sizeof *p)) {
-        b->failed = 1;
-        return PTI_NONE;
-    }
-    bvh->packets = (pti_packet *)array;
-    p = bvh->packets + bvh->packet_count;
-    memset(p, 0xff, sizeof *p);                          /* NaN, and ids that do not exist */
-    for (i = 0; i < r->end - r->begin; i++, ref++) {
-        pt_vec3 v[3];
-        shape = b->g->shapes + ref->shape;
-        pti_mesh_triangle(&shape->as.mesh, ref->prim, v);
-        for (corner = 0; corner < 3; corner++) {
-            p->v[corner][0][i] = v[corner].x;
-            p->v[corner][1][i] = v[corner].y;
-            p->v[corner][2][i] = v[corner].z;
-        }
-        p->prim[i] = shape->first + ref->prim;
-    }
-    return PTI_LEAF | (uint32_t)bvh->packet_count++;
+/* The upper levels: all ranges of a level side by side, until they are small enough for one thread each. */
+#define PTI_TASKS 64
+static void pti_split_task(void *user, size_t i) {
+    pti_builder *b = (pti_builder *)user;
+    pti_range whole = b->tasks[i];
+    pti_split_range(b, &whole, &b->tasks[i], &b->tasks[b->task_count + i]);
 }
+static void pti_build_task(void *user, size_t i) { pti_build_range((pti_builder *)user, &((pti_builder *)user)->tasks[i]); }
+static void pti_build_splits(pti_builder *b, const pti_range *all) {
+    pti_range tasks[2 * PTI_TASKS];
+    size_t enough = b->count / PTI_TASKS > 1000 ? b->count / PTI_TASKS : 1000, large, i;
+    b->tasks = tasks;
+    tasks[0] = *all;
+    b->task_count = 1;
+    while (b->task_count < PTI_TASKS) {                  /* those to be split come first */
+        for (i = 0, large = 0; i < b->task_count; i++) {
+            pti_range r = tasks[i];
+            if (r.end - r.begin <= enough) continue;
+            tasks[i] = tasks[large];
+            tasks[large++] = r;
+        }
+        if (!large) break;
+        pti_parallel(b->threads, pti_split_task, b, large);
+        b->task_count += large;
+    }
+    pti_parallel(b->threads, pti_build_task, b, b->task_count);
+}
+
+/* What becomes a child of a wide node. */
+typedef struct pti_branch { size_t begin, end; uint32_t split; float area; } pti_branch;
+static pti_branch pti_branch_make(const pti_builder *b, size_t begin, size_t end, uint32_t split) {
+    pti_branch p;
+    p.begin = begin; p.end = end; p.split = split; p.area = -1;
+    if (split) {
+        const pti_halves *s = b->splits + split;
+        float x = s->hi[0] - s->lo[0], y = s->hi[1] - s->lo[1], z = s->hi[2] - s->lo[2];
+        p.area = x * y + y * z + z * x;
+    }
+    return p;
+}
+/* Opens the largest child until there are eight, or only leaves. Returns how many there are. */
+static int pti_open_branch(const pti_builder *b, const pti_branch *whole, pti_branch part[PTI_WIDTH]) {
+    int count = 1, k, pick;
+    part[0] = *whole;
+    while (count < PTI_WIDTH) {
+        pti_branch p;
+        for (k = 0, pick = 0; k < count; k++) if (part[k].area > part[pick].area) pick = k;
+        if (!part[pick].split) break;
+        p = part[pick];
+        part[pick] = pti_branch_make(b, p.begin, p.split, b->splits[p.split].left);
+        part[count++] = pti_branch_make(b, p.split, p.end, b->splits[p.split].right);
+    }
+    return count;
+}
+static void pti_branch_box(const pti_builder *b, const pti_branch *p, pti_bounds *box) {
+    size_t i;
+    *box = pti_bounds_empty();
+    if (p->split) {
+        const pti_halves *s = b->splits + p->split;
+        box->lo = pt_v3(s->lo[0], s->lo[1], s->lo[2]);
+        box->hi = pt_v3(s->hi[0], s->hi[1], s->hi[2]);
+        return;
+    }
+    for (i = p->begin; i < p->end; i++) {
+        const pti_ref *r = b->refs + i;
+        pti_bounds_point(box, pt_v3(r->lo[0], r->lo[1], r->lo[2]));
+        pti_bounds_point(box, pt_v3(r->hi[0], r->hi[1], r->hi[2]));
+    }
+}
+
 static void pti_node_set(pti_node *n, int k, const pti_bounds *box, uint32_t child) {
     n->plane[0][k] = box->lo.x; n->plane[1][k] = box->hi.x;
     n->plane[2][k] = box->lo.y; n->plane[3][k] = box->hi.y;
     n->plane[4][k] = box->lo.z; n->plane[5][k] = box->hi.z;
     n->child[k] = child;
 }
-/* Splits the largest child until there are eight, or nothing is left to split. Returns how many there are. */
-static int pti_open_range(pti_builder *b, const pti_range *r, pti_range children[PTI_WIDTH]) {
-    int count = 1, k, pick;
-    children[0] = *r;
-    while (count < PTI_WIDTH) {
-        float area, largest = -1;
-        pti_range whole;
-        for (k = 0, pick = -1; k < count; k++) {
-            if (pti_range_is_leaf(b, &children[k])) continue;
-            area = pti_bounds_area(&children[k].box);
-            if (area > largest || pick < 0) { largest = area; pick = k; }
+/* By where the centres lie along the middle of an octant: an order that needs no distances, and is as good as theirs. Looking
+   the other way, it is the other way round. */
+static void pti_node_order(pti_node *n) {
+    int octant, i, j;
+    for (octant = 0; octant < 4; octant++) {
+        float sx = octant & 1 ? -1.0f : 1.0f, sy = octant & 2 ? -1.0f : 1.0f, key[PTI_WIDTH];
+        uint32_t order = 0, other = 0;
+        for (i = 0; i < PTI_WIDTH; i++)
+            key[i] = sx * (n->plane[0][i] + n->plane[1][i]) + sy * (n->plane[2][i] + n->plane[3][i])
+                   + (n->plane[4][i] + n->plane[5][i]);
+        for (i = 0; i < PTI_WIDTH; i++) {
+            int farther = 0;
+            for (j = 0; j < i; j++) farther += key[j] >= key[i];
+            for (j = i + 1; j < PTI_WIDTH; j++) farther += key[j] > key[i];
+            order |= (uint32_t)i << (4 * farther);
+            other |= (uint32_t)i << (4 * (PTI_WIDTH - 1 - farther));
         }
-        if (pick < 0) break;
-        whole = children[pick];
-        pti_split_range(b, &whole, &children[pick], &children[count++]);
+        n->order[octant] = order;
+        n->order[7 - octant] = other;
     }
-    return count;
 }
-static uint32_t pti_build_range(pti_builder *b, const pti_range *r) {
-    pti_range children[PTI_WIDTH];
-    pti_bvh *bvh = &b->g->bvh;
-    pti_bounds nowhere = pti_bounds_empty();
-    void *array = bvh->nodes;
-    uint32_t self = (uint32_t)bvh->node_count, child;
-    int count, k;
-    if (pti_range_is_leaf(b, r)) return pti_build_leaf(b, r);
-    if (!pti_grow(b->allocator, &array, bvh->node_count, &bvh->node_capacity, sizeof *bvh->nodes)) {
-        b->failed = 1;
-        return PTI_NONE;
+/* Room for a child and all that is below it; with blocks there, nodes are written too, and of packets where they will be. */
+static uint32_t pti_place(pti_builder *b, const pti_branch *p) {
+    pti_branch part[PTI_WIDTH];
+    pti_node *n = NULL;
+    pti_bounds box;
+    uint32_t at, child;
+    int count, k, inner;
+    if (!p->split) {
+        const pti_ref *ref = b->refs + p->begin;
+        int object = pti_ref_shape(b, ref)->kind != PTI_MESH;
+        at = (uint32_t)b->used;
+        if (b->g->bvh.blocks) b->splits[p->begin].left = object ? PTI_NONE : at + 1;      /* its split has been taken apart */
+        if (object) return PTI_OBJECT | (ref->shape ^ PTI_MIDDLING);
+        b->used += PTI_PACKET_BLOCKS;
+        return PTI_LEAF | at;
     }
-    bvh->nodes = (pti_node *)array;
-    bvh->node_count++;
-    count = pti_open_range(b, r, children);
-    for (k = 0; k < PTI_WIDTH; k++) {
-        child = k < count && !b->failed ? pti_build_range(b, &children[k]) : PTI_NONE;
-        pti_node_set(&bvh->nodes[self], k, k < count ? &children[k].box : &nowhere, child);
+    if (b->used & 1) {                                   /* nodes fill whole cache lines */
+        if (b->g->bvh.blocks) memset(b->g->bvh.blocks + b->used, 0, sizeof(pti_block));
+        b->used++;
     }
-    return PTI_INNER | self;
+    at = (uint32_t)b->used;
+    b->used += PTI_NODE_BLOCKS;
+    count = pti_open_branch(b, p, part);
+    if (b->g->bvh.blocks) {
+        n = pti_node_at(&b->g->bvh, at);
+        box = pti_bounds_empty();
+        for (k = 0; k < PTI_WIDTH; k++) {
+            if (k < count) pti_branch_box(b, &part[k], &box);
+            else box = pti_bounds_empty();
+            pti_node_set(n, k, &box, PTI_NONE);
+        }
+        pti_node_order(n);
+    }
+    for (inner = 0; inner < 2; inner++)                  /* leaves first */
+        for (k = 0; k < count; k++) {
+            if ((part[k].split != 0) != inner) continue;
+            child = pti_place(b, &part[k]);
+            if (n) n->child[k] = child;
+        }
+    return PTI_INNER | at;
 }
 
-/* Triangles without area can not be hit, and are left out. */
-static size_t pti_collect_refs(const pti_geometry *g, pti_ref *refs) {
-    size_t i, n = 0;
-    uint32_t k;
-    for (i = 0; i < g->shape_count; i++) {
-        const pti_shape *s = g->shapes + i;
-        for (k = 0; k < s->count; k++) {
-            pti_ref *r = refs + n;
-            if (s->kind == PTI_MESH) {
-                pt_vec3 v[3];
-                pti_mesh_triangle(&s->as.mesh, k, v);
-                if (pti_is_zero3(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0])))) continue;
+/* The packets that begin among a slice of the primitives. */
+#define PTI_SLICE 8192
+static void pti_packet_fill(const pti_builder *b, pti_packet *p, size_t begin, size_t end) {
+    size_t i;
+    int corner;
+    memset(p, 0xff, sizeof *p);                          /* NaN, and ids that do not exist */
+    for (i = begin; i < end; i++) {
+        const pti_shape *shape = pti_ref_shape(b, b->refs + i);
+        uint32_t prim = b->refs[i].prim ^ PTI_MIDDLING;
+        pt_vec3 v[3];
+        pti_mesh_triangle(&shape->as.mesh, prim, v);
+        for (corner = 0; corner < 3; corner++) {
+            p->v[corner][0][i - begin] = v[corner].x;
+            p->v[corner][1][i - begin] = v[corner].y;
+            p->v[corner][2][i - begin] = v[corner].z;
+        }
+        p->prim[i - begin] = shape->first + prim;
+    }
+}
+static void pti_pack_slice(void *user, size_t slice) {
+    const pti_builder *b = (const pti_builder *)user;
+    size_t i = slice * PTI_SLICE, end = i + PTI_SLICE < b->count ? i + PTI_SLICE : b->count, next;
+    for (; i < end; i = next) {
+        uint32_t at = b->splits[i].left;
+        for (next = i + 1; next < b->count && next < i + PTI_LANES && !b->splits[next].left; next++) {}
+        if (at && at != PTI_NONE) pti_packet_fill(b, pti_packet_at(&b->g->bvh, at - 1), i, next);
+    }
+}
+
+static uint32_t pti_find_shape(const pti_geometry *g, uint32_t prim) {
+    size_t lo = 0, hi = g->shape_count;
+    while (hi - lo > 1) {
+        size_t mid = lo + (hi - lo) / 2;
+        if (g->shapes[mid].first <= prim) lo = mid; else hi = mid;
+    }
+    return (uint32_t)lo;
+}
+/* A slice of all primitives. Triangles without area can not be hit, and get an empty box. */
+static void pti_collect_slice(void *user, size_t slice) {
+    pti_builder *b = (pti_builder *)user;
+    const pti_geometry *g = b->g;
+    uint32_t i = (uint32_t)slice * PTI_SLICE, end = g->prim_count - i < PTI_SLICE ? g->prim_count : i + PTI_SLICE;
+    const pti_shape *s = g->shapes + pti_find_shape(g, i);
+    for (; i < end; i++) {
+        pti_bounds box;
+        pti_ref *r = b->refs + i;
+        while (i - s->first >= s->count) s++;
+        if (s->kind == PTI_MESH) {
+            pt_vec3 v[3];
+            pti_mesh_triangle(&s->as.mesh, i - s->first, v);
+            box = pti_bounds_empty();
+            if (!pti_is_zero3(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0])))) {
+                box.lo = pti_min3(v[0], pti_min3(v[1], v[2]));
+                box.hi = pti_max3(v[0], pti_max3(v[1], v[2]));
             }
-            r->box = pti_shape_bounds(s, k, s->kind == PTI_INSTANCE ? &s->as.instance.of->bvh.bounds : NULL);
-            if (r->box.lo.x > r->box.hi.x) continue;
-            r->shape = (uint32_t)i;
-            r->prim = k;
-            n++;
+        } else box = pti_shape_bounds(s, 0, s->kind == PTI_INSTANCE ? &s->as.instance.of->bvh.bounds : NULL);
+        r->lo[0] = box.lo.x; r->lo[1] = box.lo.y; r->lo[2] = box.lo.z; r->shape = (uint32_t)(s - g->shapes) ^ PTI_MIDDLING;
+        r->hi[0] = box.hi.x; r->hi[1] = box.hi.y; r->hi[2] = box.hi.z; r->prim = (i - s->first) ^ PTI_MIDDLING;
+    }
+}
+static void pti_collect(pti_builder *b) {
+    size_t i, slices = ((size_t)b->g->prim_count + PTI_SLICE - 1) / PTI_SLICE;
+    pti_parallel(b->threads, pti_collect_slice, b, slices);
+    for (i = 0; i < b->g->prim_count; i++)
+        if (b->refs[i].lo[0] <= b->refs[i].hi[0]) b->refs[b->count++] = b->refs[i];
+}
+
+/* Large slanted triangles fill little of their boxes. They are cut into pieces with boxes of their own before the tree is built
+   (Ernst and Greiner 2007): each piece still means the whole triangle. What a box of half area A wastes,
+       w = A - |e1 x e2|_1    (0 for a parallelogram's half that lies along the axes),
+   k pieces make w / k; for a given number of pieces in all, the sum is least with k proportional to sqrt(w). Only what stands
+   out is worth it: k = sqrt(w) / reach, rounded down, and reach is some times the mean of sqrt(w), more if room is scarce. So
+   meshes of like triangles stay whole. */
+static float pti_ref_waste(const pti_builder *b, const pti_ref *r) {
+    float x = r->hi[0] - r->lo[0], y = r->hi[1] - r->lo[1], z = r->hi[2] - r->lo[2], waste;
+    pt_vec3 v[3], c;
+    if (pti_ref_shape(b, r)->kind != PTI_MESH) return 0;
+    pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
+    c = pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0]));
+    waste = x * y + y * z + z * x - (fabsf(c.x) + fabsf(c.y) + fabsf(c.z));
+    return waste > 0 && waste <= FLT_MAX ? sqrtf(waste) : 0.0f;
+}
+static void pti_waste_slice(void *user, size_t slice) {  /* kept where the splits will be */
+    pti_builder *b = (pti_builder *)user;
+    size_t i = slice * PTI_SLICE, end = i + PTI_SLICE < b->count ? i + PTI_SLICE : b->count;
+    for (; i < end; i++) b->splits[i].lo[0] = pti_ref_waste(b, b->refs + i);
+}
+static float pti_ref_axis(const pti_ref *r, int k) { return r->hi[k] - r->lo[k]; }
+
+/* Makes the box of a piece smaller: what of the triangle lies between two planes across an axis. */
+static void pti_ref_clip(pti_ref *r, const pt_vec3 v[3], int axis, float lo, float hi, const float pad[3]) {
+    pti_bounds box = pti_bounds_empty();
+    float corner[6];
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        pt_vec3 p = v[i], q = v[(i + 1) % 3];
+        float a = pti_axis(p, axis), d = pti_axis(q, axis) - a;
+        if (a >= lo && a <= hi) pti_bounds_point(&box, p);
+        for (k = 0; k < 2; k++) {
+            float t = ((k ? hi : lo) - a) / d;           /* no crossing if d is 0 */
+            if (t >= 0 && t <= 1) pti_bounds_point(&box, pti_madd(pti_sub(q, p), t, p));
         }
     }
-    return n;
+    corner[0] = box.lo.x; corner[1] = box.lo.y; corner[2] = box.lo.z;
+    corner[3] = box.hi.x; corner[4] = box.hi.y; corner[5] = box.hi.z;
+    for (k = 0; k < 3; k++) {
+        r->lo[k] = pti_max(r->lo[k], corner[k] - pad[k]);
+        r->hi[k] = pti_min(r->hi[k], corner[k + 3] + pad[k]);
+    }
+}
+static void pti_ref_cut(pti_builder *b, size_t at, int pieces, const pt_vec3 v[3], const float pad[3]) {
+    pti_ref *r = b->refs + at, *other = b->refs + b->count;
+    int axis = pti_ref_axis(r, 1) > pti_ref_axis(r, 0) ? 1 : 0, left = pieces / 2;
+    float cut, lo, hi;
+    if (pieces < 2 || b->count == b->room) return;
+    if (pti_ref_axis(r, 2) > pti_ref_axis(r, axis)) axis = 2;
+    lo = r->lo[axis]; hi = r->hi[axis];
+    cut = lo + (hi - lo) * ((float)left / (float)pieces);
+    *other = *r;
+    pti_ref_clip(r, v, axis, lo, cut, pad);
+    pti_ref_clip(other, v, axis, cut, hi, pad);
+    b->count++;
+    pti_ref_cut(b, at, left, v, pad);
+    pti_ref_cut(b, (size_t)(other - b->refs), pieces - left, v, pad);
+}
+#define PTI_PIECES 64                                    /* that a triangle is cut into at most */
+static int pti_pieces(float waste, float reach) { return waste < PTI_PIECES * reach ? (int)(waste / reach) : PTI_PIECES; }
+static void pti_cut_refs(pti_builder *b, float times) {
+    size_t i, whole = b->count, extra;
+    double sum = 0;
+    float reach;
+    int k;
+    pti_parallel(b->threads, pti_waste_slice, b, (whole + PTI_SLICE - 1) / PTI_SLICE);
+    for (i = 0; i < whole; i++) sum += (double)b->splits[i].lo[0];
+    reach = (float)(sum / (double)whole) * times;
+    if (reach > 0) {
+        for (;;) {
+            for (i = 0, extra = 0; i < whole; i++) if (b->splits[i].lo[0] > 2 * reach) extra += (size_t)pti_pieces(b->splits[i].lo[0], reach) - 1;
+            if (extra <= b->room - b->g->prim_count) break;
+            reach *= 1.3f;
+        }
+        for (i = 0; i < whole; i++) {
+            const pti_ref *r = b->refs + i;
+            pt_vec3 v[3];
+            float pad[3];
+            if (!(b->splits[i].lo[0] > 2 * reach)) continue;
+            pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
+            for (k = 0; k < 3; k++) pad[k] = pti_ref_axis(r, k) * (1.0f / 16384);
+            pti_ref_cut(b, i, pti_pieces(b->splits[i].lo[0], reach), v, pad);
+        }
+    }
+    memset(b->splits, 0, whole * sizeof *b->splits);
 }
 static int pti_shrink(const pt_allocator *a, void **array, size_t count, size_t *capacity, size_t size) {
     void *p;
@@ -2042,26 +2454,50 @@ static int pti_shrink(const pt_allocator *a, void **array, size_t count, size_t 
     return 1;
 }
 static void pti_bvh_free(pti_bvh *bvh, const pt_allocator *a) {
-    pti_free(a, bvh->nodes, bvh->node_capacity, sizeof *bvh->nodes);
-    pti_free(a, bvh->packets, bvh->packet_capacity, sizeof *bvh->packets);
+    pti_free(a, bvh->blocks, bvh->block_count, sizeof *bvh->blocks);
     memset(bvh, 0, sizeof *bvh);
 }
-static int pti_bvh_build(pti_geometry *g, const pt_allocator *a) {   /* 0 when out of memory */
+static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
+    pti_bvh *bvh = &b->g->bvh;
+    pti_branch whole = pti_branch_make(b, 0, b->count, b->top);
+    pti_place(b, &whole);                                /* how much room is needed */
+    bvh->block_count = b->used;
+    bvh->blocks = (pti_block *)pti_alloc_unset(a, b->used, sizeof *bvh->blocks);
+    if (!bvh->blocks) return 0;
+    b->used = 0;
+    bvh->root = pti_place(b, &whole);
+    pti_branch_box(b, &whole, &bvh->bounds);
+    pti_parallel(b->threads, pti_pack_slice, b, (b->count + PTI_SLICE - 1) / PTI_SLICE);
+    return 1;
+}
+/* How many bins, how many pieces more than triangles at most (one for so many), and by how much a triangle must stand out. */
+static const struct { int bins; uint32_t per_piece; float times; } pti_qualities[] = { { 16, 8, 2 }, { 8, 0, 0 }, { 32, 2, 1 } };
+
+static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality quality, int threads) {  /* 0 when out of memory */
+    uint32_t per_piece = pti_qualities[quality].per_piece;
     pti_builder b;
-    pti_range all;
-    void *nodes, *packets;
-    b.g = g; b.allocator = a; b.failed = 0;
-    b.refs = (pti_ref *)pti_alloc(a, g->prim_count, sizeof *b.refs);
-    if (!b.refs) return 0;
-    all = pti_range_make(&b, 0, pti_collect_refs(g, b.refs), 0);
-    g->bvh.bounds = all.box;
-    g->bvh.root = all.end ? pti_build_range(&b, &all) : PTI_NONE;
-    pti_free(a, b.refs, g->prim_count, sizeof *b.refs);
-    nodes = g->bvh.nodes; packets = g->bvh.packets;
-    if (!b.failed) b.failed = !pti_shrink(a, &nodes, g->bvh.node_count, &g->bvh.node_capacity, sizeof(pti_node));
-    if (!b.failed) b.failed = !pti_shrink(a, &packets, g->bvh.packet_count, &g->bvh.packet_capacity, sizeof(pti_packet));
-    g->bvh.nodes = (pti_node *)nodes; g->bvh.packets = (pti_packet *)packets;
-    return !b.failed;
+    int fine;
+    memset(&b, 0, sizeof b);
+    b.g = g;
+    b.threads = threads;
+    b.bins = pti_qualities[quality].bins;
+    b.room = (size_t)g->prim_count + (per_piece ? g->prim_count / per_piece : 0);
+    b.refs = (pti_ref *)pti_alloc_unset(a, b.room, sizeof *b.refs);
+    b.splits = (pti_halves *)pti_alloc(a, b.room + 1, sizeof *b.splits);
+    fine = b.refs && b.splits;
+    g->bvh.root = PTI_NONE;
+    g->bvh.bounds = pti_bounds_empty();
+    if (fine) pti_collect(&b);
+    if (b.count && per_piece) pti_cut_refs(&b, pti_qualities[quality].times);
+    if (b.count) {
+        pti_range all = pti_range_make(&b, 0, b.count, 0);
+        all.link = &b.top;
+        if (!pti_is_leaf(&b, 0, b.count)) pti_build_splits(&b, &all);
+        fine = pti_bvh_place(&b, a);
+    }
+    pti_free(a, b.refs, b.room, sizeof *b.refs);
+    pti_free(a, b.splits, b.room + 1, sizeof *b.splits);
+    return fine;
 }
 
 /* ---- >>kernel ------------------------------------------------------------------------------------------
@@ -2069,13 +2505,22 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a) {   /* 0 when o
    they are put into. The triangle kernels do the very operations of pti_triangle, in its order, so that all give the same
    bits. The box kernels may differ in the last bits, as they only choose what is looked at; all are conservative. */
 
-#define PTI_WIDEN (1 + 2 * PTI_ULPS_8)                   /* the rounding of t itself, see pti_ray_prepare */
-
-/* Bit k: the ray enters child k between tmin and tmax; enter[k] is where. */
-typedef uint32_t pti_boxes_kernel(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]);
+/* Bit k: the ray enters child k between tmin and limit, the widened tmax; enter[k] is where. */
+typedef uint32_t pti_boxes_kernel(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]);
 /* Bit k: the ray hits triangle k between tmin and tmax, there. The wide kernels leave the rare zeros of pti_edge to it. */
 typedef struct pti_lanes { float t[PTI_LANES], u[PTI_LANES], v[PTI_LANES]; } pti_lanes;
 typedef uint32_t pti_triangles_kernel(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out);
+
+/* For eight boxes at once, all that is needed of the ray eight times. */
+typedef struct pti_wide {
+#if defined(PTI_X86)
+    __m256 near_inverse[3], near_add[3], far_inverse[3], far_add[3], tmin;
+    size_t near_row[3], far_row[3];                      /* in bytes */
+    int octant;
+#else
+    int none;
+#endif
+} pti_wide;
 
 /* The triangles of `which`, one after the other; bits of mask are set and cleared. */
 static uint32_t pti_triangles_again(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out, uint32_t which,
@@ -2088,19 +2533,19 @@ static uint32_t pti_triangles_again(const pti_packet *p, const pti_ray *r, float
     return mask;
 }
 
-static inline uint32_t pti_boxes_scalar(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
+static inline uint32_t pti_boxes_scalar(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]) {
     const float *x0 = n->plane[r->near_row[0]], *x1 = n->plane[r->near_row[0] ^ 1];
     const float *y0 = n->plane[r->near_row[1]], *y1 = n->plane[r->near_row[1] ^ 1];
     const float *z0 = n->plane[r->near_row[2]], *z1 = n->plane[r->near_row[2] ^ 1];
     uint32_t mask = 0;
     int k;
     for (k = 0; k < PTI_WIDTH; k++) {
-        float t0 = pti_max(x0[k] * r->inverse[0] + r->near_add[0], y0[k] * r->inverse[1] + r->near_add[1]);
-        float t1 = pti_min(x1[k] * r->inverse[0] + r->far_add[0], y1[k] * r->inverse[1] + r->far_add[1]);
-        t0 = pti_max(pti_max(t0, z0[k] * r->inverse[2] + r->near_add[2]), r->tmin);
-        t1 = pti_min(pti_min(t1, z1[k] * r->inverse[2] + r->far_add[2]), tmax);
+        float t0 = pti_max(x0[k] * r->near_inverse[0] + r->near_add[0], y0[k] * r->near_inverse[1] + r->near_add[1]);
+        float t1 = pti_min(x1[k] * r->far_inverse[0] + r->far_add[0], y1[k] * r->far_inverse[1] + r->far_add[1]);
+        t0 = pti_max(pti_max(t0, z0[k] * r->near_inverse[2] + r->near_add[2]), r->tmin);
+        t1 = pti_min(pti_min(t1, z1[k] * r->far_inverse[2] + r->far_add[2]), limit);
         enter[k] = t0;
-        mask |= (uint32_t)(t0 <= t1 * PTI_WIDEN) << k;
+        mask |= (uint32_t)(t0 <= t1) << k;
     }
     return mask;
 }
@@ -2112,39 +2557,39 @@ static inline uint32_t pti_triangles_scalar(const pti_packet *p, const pti_ray *
 PTI_INLINE __m128 pti_slab_sse2(const float *row, float inverse, float add) {
     return _mm_add_ps(_mm_mul_ps(_mm_loadu_ps(row), _mm_set1_ps(inverse)), _mm_set1_ps(add));
 }
-static inline uint32_t pti_boxes_sse2(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
+static inline uint32_t pti_boxes_sse2(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]) {
     const float (*plane)[PTI_WIDTH] = n->plane;
     uint32_t mask = 0;
     int h;
     for (h = 0; h < PTI_WIDTH; h += 4) {
-        __m128 t0 = _mm_max_ps(pti_slab_sse2(plane[r->near_row[0]] + h, r->inverse[0], r->near_add[0]),
-                               pti_slab_sse2(plane[r->near_row[1]] + h, r->inverse[1], r->near_add[1]));
-        __m128 t1 = _mm_min_ps(pti_slab_sse2(plane[r->near_row[0] ^ 1] + h, r->inverse[0], r->far_add[0]),
-                               pti_slab_sse2(plane[r->near_row[1] ^ 1] + h, r->inverse[1], r->far_add[1]));
-        t0 = _mm_max_ps(t0, pti_slab_sse2(plane[r->near_row[2]] + h, r->inverse[2], r->near_add[2]));
-        t1 = _mm_min_ps(t1, pti_slab_sse2(plane[r->near_row[2] ^ 1] + h, r->inverse[2], r->far_add[2]));
+        __m128 t0 = _mm_max_ps(pti_slab_sse2(plane[r->near_row[0]] + h, r->near_inverse[0], r->near_add[0]),
+                               pti_slab_sse2(plane[r->near_row[1]] + h, r->near_inverse[1], r->near_add[1]));
+        __m128 t1 = _mm_min_ps(pti_slab_sse2(plane[r->near_row[0] ^ 1] + h, r->far_inverse[0], r->far_add[0]),
+                               pti_slab_sse2(plane[r->near_row[1] ^ 1] + h, r->far_inverse[1], r->far_add[1]));
+        t0 = _mm_max_ps(t0, pti_slab_sse2(plane[r->near_row[2]] + h, r->near_inverse[2], r->near_add[2]));
+        t1 = _mm_min_ps(t1, pti_slab_sse2(plane[r->near_row[2] ^ 1] + h, r->far_inverse[2], r->far_add[2]));
         t0 = _mm_max_ps(t0, _mm_set1_ps(r->tmin));
-        t1 = _mm_mul_ps(_mm_min_ps(t1, _mm_set1_ps(tmax)), _mm_set1_ps(PTI_WIDEN));
+        t1 = _mm_min_ps(t1, _mm_set1_ps(limit));
         _mm_storeu_ps(enter + h, t0);
         mask |= (uint32_t)_mm_movemask_ps(_mm_cmple_ps(t0, t1)) << h;
     }
     return mask;
 }
-PTI_INLINE __m128 pti_row_sse2(const pti_packet *p, const pti_ray *r, int corner, int axis) {
-    return _mm_sub_ps(_mm_loadu_ps(p->v[corner][axis]), _mm_set1_ps(r->org[axis]));
+PTI_INLINE __m128 pti_row_sse2(const pti_packet *p, int corner, size_t row, float origin) {
+    return _mm_sub_ps(_mm_loadu_ps(pti_packet_row(p, corner, row)), _mm_set1_ps(origin));
 }
 PTI_INLINE __m128 pti_difference_sse2(__m128 a, __m128 b, __m128 c, __m128 d) {      /* a b - c d */
     return _mm_sub_ps(_mm_mul_ps(a, b), _mm_mul_ps(c, d));
 }
 PTI_INLINE uint32_t pti_triangles_x86(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
     __m128 sx = _mm_set1_ps(r->sx), sy = _mm_set1_ps(r->sy), zero = _mm_setzero_ps();
-    __m128 az = pti_row_sse2(p, r, 0, r->kz), bz = pti_row_sse2(p, r, 1, r->kz), cz = pti_row_sse2(p, r, 2, r->kz);
-    __m128 ax = _mm_sub_ps(pti_row_sse2(p, r, 0, r->kx), _mm_mul_ps(sx, az));
-    __m128 ay = _mm_sub_ps(pti_row_sse2(p, r, 0, r->ky), _mm_mul_ps(sy, az));
-    __m128 bx = _mm_sub_ps(pti_row_sse2(p, r, 1, r->kx), _mm_mul_ps(sx, bz));
-    __m128 by = _mm_sub_ps(pti_row_sse2(p, r, 1, r->ky), _mm_mul_ps(sy, bz));
-    __m128 cx = _mm_sub_ps(pti_row_sse2(p, r, 2, r->kx), _mm_mul_ps(sx, cz));
-    __m128 cy = _mm_sub_ps(pti_row_sse2(p, r, 2, r->ky), _mm_mul_ps(sy, cz));
+    __m128 az = pti_row_sse2(p, 0, r->kz, r->oz), bz = pti_row_sse2(p, 1, r->kz, r->oz), cz = pti_row_sse2(p, 2, r->kz, r->oz);
+    __m128 ax = _mm_sub_ps(pti_row_sse2(p, 0, r->kx, r->ox), _mm_mul_ps(sx, az));
+    __m128 ay = _mm_sub_ps(pti_row_sse2(p, 0, r->ky, r->oy), _mm_mul_ps(sy, az));
+    __m128 bx = _mm_sub_ps(pti_row_sse2(p, 1, r->kx, r->ox), _mm_mul_ps(sx, bz));
+    __m128 by = _mm_sub_ps(pti_row_sse2(p, 1, r->ky, r->oy), _mm_mul_ps(sy, bz));
+    __m128 cx = _mm_sub_ps(pti_row_sse2(p, 2, r->kx, r->ox), _mm_mul_ps(sx, cz));
+    __m128 cy = _mm_sub_ps(pti_row_sse2(p, 2, r->ky, r->oy), _mm_mul_ps(sy, cz));
     __m128 U = pti_difference_sse2(cx, by, cy, bx), V = pti_difference_sse2(ax, cy, ay, cx);
     __m128 W = pti_difference_sse2(bx, ay, by, ax), det, t;
     __m128 least = _mm_min_ps(_mm_min_ps(U, V), W), most = _mm_max_ps(_mm_max_ps(U, V), W);
@@ -2154,8 +2599,9 @@ PTI_INLINE uint32_t pti_triangles_x86(const pti_packet *p, const pti_ray *r, flo
     zeros = (uint32_t)_mm_movemask_ps(_mm_and_ps(hit, _mm_cmpeq_ps(_mm_mul_ps(_mm_mul_ps(U, V), W), zero)));
     det = _mm_add_ps(_mm_add_ps(U, V), W);
     t = _mm_add_ps(_mm_add_ps(_mm_mul_ps(U, az), _mm_mul_ps(V, bz)), _mm_mul_ps(W, cz));
+    hit = _mm_and_ps(hit, _mm_cmpgt_ps(_mm_andnot_ps(_mm_set1_ps(-0.0f), t), _mm_set1_ps(PTI_LEAST)));
     t = _mm_div_ps(_mm_mul_ps(_mm_set1_ps(r->sz), t), det);
-    hit = _mm_and_ps(hit, _mm_and_ps(_mm_cmpneq_ps(det, zero), _mm_cmpgt_ps(t, _mm_set1_ps(r->tmin))));
+    hit = _mm_and_ps(hit, _mm_cmpgt_ps(t, _mm_set1_ps(r->tmin)));
     hit = _mm_and_ps(hit, _mm_cmple_ps(t, _mm_set1_ps(tmax)));
     _mm_storeu_ps(out->t, t);
     _mm_storeu_ps(out->u, _mm_div_ps(V, det));
@@ -2166,24 +2612,19 @@ PTI_INLINE uint32_t pti_triangles_x86(const pti_packet *p, const pti_ray *r, flo
 static inline uint32_t pti_triangles_sse2(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
     return pti_triangles_x86(p, r, tmax, out);
 }
-PTI_AVX2 static inline uint32_t pti_triangles_avx2(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
+PTI_AVX2 PTI_INLINE uint32_t pti_triangles_avx2(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
     return pti_triangles_x86(p, r, tmax, out);           /* the same, in the shorter encoding */
 }
-PTI_AVX2 PTI_INLINE __m256 pti_slab_avx2(const float *row, const float *inverse, const float *add) {
-    return _mm256_fmadd_ps(_mm256_loadu_ps(row), _mm256_broadcast_ss(inverse), _mm256_broadcast_ss(add));
-}
-PTI_AVX2 static inline uint32_t pti_boxes_avx2(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
-    const float (*plane)[PTI_WIDTH] = n->plane;
-    __m256 t0 = _mm256_max_ps(pti_slab_avx2(plane[r->near_row[0]], r->inverse, r->near_add),
-                              pti_slab_avx2(plane[r->near_row[1]], r->inverse + 1, r->near_add + 1));
-    __m256 t1 = _mm256_min_ps(pti_slab_avx2(plane[r->near_row[0] ^ 1], r->inverse, r->far_add),
-                              pti_slab_avx2(plane[r->near_row[1] ^ 1], r->inverse + 1, r->far_add + 1));
-    t0 = _mm256_max_ps(t0, pti_slab_avx2(plane[r->near_row[2]], r->inverse + 2, r->near_add + 2));
-    t1 = _mm256_min_ps(t1, pti_slab_avx2(plane[r->near_row[2] ^ 1], r->inverse + 2, r->far_add + 2));
-    t0 = _mm256_max_ps(t0, _mm256_broadcast_ss(&r->tmin));
-    t1 = _mm256_mul_ps(_mm256_min_ps(t1, _mm256_set1_ps(tmax)), _mm256_set1_ps(PTI_WIDEN));
-    _mm256_storeu_ps(enter, t0);
-    return (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(t0, t1, _CMP_LE_OQ));
+#define PTI_FLOATS(p) ((const float *)(const void *)(p))
+PTI_AVX2 PTI_INLINE __m256 pti_boxes_avx2(const pti_node *n, const pti_wide *w, float limit, __m256 *enter) {
+    const char *planes = (const char *)n->plane;
+#define PTI_SLAB(which, k) \
+    _mm256_fmadd_ps(_mm256_loadu_ps(PTI_FLOATS(planes + w->which##_row[k])), w->which##_inverse[k], w->which##_add[k])
+    __m256 t0 = _mm256_max_ps(PTI_SLAB(near, 0), PTI_SLAB(near, 1)), z0 = _mm256_max_ps(PTI_SLAB(near, 2), w->tmin);
+    __m256 t1 = _mm256_min_ps(PTI_SLAB(far, 0), PTI_SLAB(far, 1)), z1 = _mm256_min_ps(PTI_SLAB(far, 2), _mm256_set1_ps(limit));
+#undef PTI_SLAB
+    *enter = _mm256_max_ps(t0, z0);
+    return _mm256_cmp_ps(*enter, _mm256_min_ps(t1, z1), _CMP_LE_OQ);
 }
 #endif
 
@@ -2195,26 +2636,26 @@ PTI_INLINE uint32_t pti_mask_neon(uint32x4_t m) {
 PTI_INLINE float32x4_t pti_slab_neon(const float *row, float inverse, float add) {
     return vfmaq_n_f32(vdupq_n_f32(add), vld1q_f32(row), inverse);
 }
-static inline uint32_t pti_boxes_neon(const pti_node *n, const pti_ray *r, float tmax, float enter[PTI_WIDTH]) {
+static inline uint32_t pti_boxes_neon(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]) {
     const float (*plane)[PTI_WIDTH] = n->plane;
     uint32_t mask = 0;
     int h;
     for (h = 0; h < PTI_WIDTH; h += 4) {
-        float32x4_t t0 = vmaxq_f32(pti_slab_neon(plane[r->near_row[0]] + h, r->inverse[0], r->near_add[0]),
-                                   pti_slab_neon(plane[r->near_row[1]] + h, r->inverse[1], r->near_add[1]));
-        float32x4_t t1 = vminq_f32(pti_slab_neon(plane[r->near_row[0] ^ 1] + h, r->inverse[0], r->far_add[0]),
-                                   pti_slab_neon(plane[r->near_row[1] ^ 1] + h, r->inverse[1], r->far_add[1]));
-        t0 = vmaxq_f32(t0, pti_slab_neon(plane[r->near_row[2]] + h, r->inverse[2], r->near_add[2]));
-        t1 = vminq_f32(t1, pti_slab_neon(plane[r->near_row[2] ^ 1] + h, r->inverse[2], r->far_add[2]));
+        float32x4_t t0 = vmaxq_f32(pti_slab_neon(plane[r->near_row[0]] + h, r->near_inverse[0], r->near_add[0]),
+                                   pti_slab_neon(plane[r->near_row[1]] + h, r->near_inverse[1], r->near_add[1]));
+        float32x4_t t1 = vminq_f32(pti_slab_neon(plane[r->near_row[0] ^ 1] + h, r->far_inverse[0], r->far_add[0]),
+                                   pti_slab_neon(plane[r->near_row[1] ^ 1] + h, r->far_inverse[1], r->far_add[1]));
+        t0 = vmaxq_f32(t0, pti_slab_neon(plane[r->near_row[2]] + h, r->near_inverse[2], r->near_add[2]));
+        t1 = vminq_f32(t1, pti_slab_neon(plane[r->near_row[2] ^ 1] + h, r->far_inverse[2], r->far_add[2]));
         t0 = vmaxq_f32(t0, vdupq_n_f32(r->tmin));
-        t1 = vmulq_n_f32(vminq_f32(t1, vdupq_n_f32(tmax)), PTI_WIDEN);
+        t1 = vminq_f32(t1, vdupq_n_f32(limit));
         vst1q_f32(enter + h, t0);
         mask |= pti_mask_neon(vcleq_f32(t0, t1)) << h;
     }
     return mask;
 }
-PTI_INLINE float32x4_t pti_row_neon(const pti_packet *p, const pti_ray *r, int corner, int axis) {
-    return vsubq_f32(vld1q_f32(p->v[corner][axis]), vdupq_n_f32(r->org[axis]));
+PTI_INLINE float32x4_t pti_row_neon(const pti_packet *p, int corner, size_t row, float origin) {
+    return vsubq_f32(vld1q_f32(pti_packet_row(p, corner, row)), vdupq_n_f32(origin));
 }
 /* a b - c d */
 PTI_INLINE float32x4_t pti_difference_neon(float32x4_t a, float32x4_t b, float32x4_t c, float32x4_t d) {
@@ -2222,13 +2663,13 @@ PTI_INLINE float32x4_t pti_difference_neon(float32x4_t a, float32x4_t b, float32
 }
 static inline uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
     float32x4_t sx = vdupq_n_f32(r->sx), sy = vdupq_n_f32(r->sy), zero = vdupq_n_f32(0);
-    float32x4_t az = pti_row_neon(p, r, 0, r->kz), bz = pti_row_neon(p, r, 1, r->kz), cz = pti_row_neon(p, r, 2, r->kz);
-    float32x4_t ax = vsubq_f32(pti_row_neon(p, r, 0, r->kx), vmulq_f32(sx, az));
-    float32x4_t ay = vsubq_f32(pti_row_neon(p, r, 0, r->ky), vmulq_f32(sy, az));
-    float32x4_t bx = vsubq_f32(pti_row_neon(p, r, 1, r->kx), vmulq_f32(sx, bz));
-    float32x4_t by = vsubq_f32(pti_row_neon(p, r, 1, r->ky), vmulq_f32(sy, bz));
-    float32x4_t cx = vsubq_f32(pti_row_neon(p, r, 2, r->kx), vmulq_f32(sx, cz));
-    float32x4_t cy = vsubq_f32(pti_row_neon(p, r, 2, r->ky), vmulq_f32(sy, cz));
+    float32x4_t az = pti_row_neon(p, 0, r->kz, r->oz), bz = pti_row_neon(p, 1, r->kz, r->oz), cz = pti_row_neon(p, 2, r->kz, r->oz);
+    float32x4_t ax = vsubq_f32(pti_row_neon(p, 0, r->kx, r->ox), vmulq_f32(sx, az));
+    float32x4_t ay = vsubq_f32(pti_row_neon(p, 0, r->ky, r->oy), vmulq_f32(sy, az));
+    float32x4_t bx = vsubq_f32(pti_row_neon(p, 1, r->kx, r->ox), vmulq_f32(sx, bz));
+    float32x4_t by = vsubq_f32(pti_row_neon(p, 1, r->ky, r->oy), vmulq_f32(sy, bz));
+    float32x4_t cx = vsubq_f32(pti_row_neon(p, 2, r->kx, r->ox), vmulq_f32(sx, cz));
+    float32x4_t cy = vsubq_f32(pti_row_neon(p, 2, r->ky, r->oy), vmulq_f32(sy, cz));
     float32x4_t U = pti_difference_neon(cx, by, cy, bx), V = pti_difference_neon(ax, cy, ay, cx);
     float32x4_t W = pti_difference_neon(bx, ay, by, ax);
     float32x4_t det, t, least = vminq_f32(vminq_f32(U, V), W), most = vmaxq_f32(vmaxq_f32(U, V), W);
@@ -2238,8 +2679,9 @@ static inline uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r,
     zeros = pti_mask_neon(vandq_u32(hit, vceqq_f32(vmulq_f32(vmulq_f32(U, V), W), zero)));
     det = vaddq_f32(vaddq_f32(U, V), W);
     t = vaddq_f32(vaddq_f32(vmulq_f32(U, az), vmulq_f32(V, bz)), vmulq_f32(W, cz));
+    hit = vandq_u32(hit, vcagtq_f32(t, vdupq_n_f32(PTI_LEAST)));
     t = vdivq_f32(vmulq_n_f32(t, r->sz), det);
-    hit = vandq_u32(hit, vandq_u32(vmvnq_u32(vceqq_f32(det, zero)), vcgtq_f32(t, vdupq_n_f32(r->tmin))));
+    hit = vandq_u32(hit, vcgtq_f32(t, vdupq_n_f32(r->tmin)));
     hit = vandq_u32(hit, vcleq_f32(t, vdupq_n_f32(tmax)));
     vst1q_f32(out->t, t);
     vst1q_f32(out->u, vdivq_f32(V, det));
@@ -2282,98 +2724,199 @@ static inline int pti_packet_hit(const pti_packet *p, uint32_t mask, const pti_l
     return any;
 }
 
-typedef struct pti_entry { uint32_t child; float enter; } pti_entry;
+/* What is still to be visited, the next on top, and where the ray enters it. There is room for a whole vector above. */
+typedef struct pti_stack { uint32_t child[2 * PTI_STACK + PTI_WIDTH]; float enter[2 * PTI_STACK + PTI_WIDTH]; } pti_stack;
 
-/* Pushes the children that were hit, the farthest first, and returns the nearest. */
-PTI_INLINE uint32_t pti_push_children(const pti_node *n, uint32_t mask, const float enter[PTI_WIDTH], pti_entry *stack,
-                                      int *top) {
+/* Looks into a node. Returns the nearest child that the ray meets, or PTI_NONE, and pushes the others, the farthest first. Any
+   hit does not care which comes first, nor where they are entered. */
+typedef uint32_t pti_visit_kernel(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, int any, pti_stack *s,
+                                  int *top);
+typedef void pti_widen_kernel(pti_wide *w, const pti_ray *r);
+
+PTI_INLINE uint32_t pti_push_sorted(const pti_node *n, uint32_t mask, const float enter[PTI_WIDTH], int any, pti_stack *s,
+                                    int *top) {
     int first = *top, i, k = pti_lowest_bit(mask);
     if (!(mask & (mask - 1))) return n->child[k];
     for (; mask; mask &= mask - 1) {
-        pti_entry e;
         k = pti_lowest_bit(mask);
-        e.child = n->child[k];
-        e.enter = enter[k];
-        for (i = (*top)++; i > first && stack[i - 1].enter < e.enter; i--) stack[i] = stack[i - 1];
-        stack[i] = e;
+        i = (*top)++;
+        if (!any) {
+            for (; i > first && s->enter[i - 1] < enter[k]; i--) { s->child[i] = s->child[i - 1]; s->enter[i] = s->enter[i - 1]; }
+            s->enter[i] = enter[k];
+        }
+        s->child[i] = n->child[k];
     }
-    return stack[--*top].child;
+    return s->child[--*top];
+}
+#define PTI_VISIT(isa) \
+    PTI_INLINE uint32_t pti_visit_##isa(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, \
+                                        int any, pti_stack *s, int *top) { \
+        float enter[PTI_WIDTH]; \
+        uint32_t mask = pti_boxes_##isa(n, r, limit, enter); \
+        (void)b; (void)w; \
+        return mask ? pti_push_sorted(n, mask, enter, any, s, top) : PTI_NONE; \
+    } \
+    PTI_INLINE void pti_widen_##isa(pti_wide *w, const pti_ray *r) { (void)w; (void)r; }
+PTI_VISIT(scalar)
+#if defined(PTI_X86)
+PTI_VISIT(sse2)
+#elif defined(PTI_NEON)
+PTI_VISIT(neon)
+#endif
+
+#if defined(PTI_X86)
+PTI_AVX2 PTI_INLINE void pti_widen_avx2(pti_wide *w, const pti_ray *r) {
+    int k;
+    w->octant = 0;
+    for (k = 0; k < 3; k++) {
+        w->near_inverse[k] = _mm256_set1_ps(r->near_inverse[k]);
+        w->near_add[k] = _mm256_set1_ps(r->near_add[k]);
+        w->far_inverse[k] = _mm256_set1_ps(r->far_inverse[k]);
+        w->far_add[k] = _mm256_set1_ps(r->far_add[k]);
+        w->near_row[k] = (size_t)r->near_row[k] * sizeof(pti_block);
+        w->far_row[k] = (size_t)(r->near_row[k] ^ 1) * sizeof(pti_block);
+        w->octant |= (r->near_row[k] & 1) << k;
+    }
+    w->tmin = _mm256_set1_ps(r->tmin);
+}
+/* Which bits of m are set, four bits each, the first lowest. */
+#define PTI_BIT(m, k) ((uint32_t)(m) >> (k) & 1u)
+#define PTI_PUT(m, k, at) (PTI_BIT(m, k) * (k##u << 4 * (at)))
+#define PTI_BITS(m) PTI_PUT(m, 1, PTI_BIT(m, 0)) + PTI_PUT(m, 2, PTI_BIT(m, 0) + PTI_BIT(m, 1)) \
+    + PTI_PUT(m, 3, PTI_BIT(m, 0) + PTI_BIT(m, 1) + PTI_BIT(m, 2)) \
+    + PTI_PUT(m, 4, PTI_BIT(m, 0) + PTI_BIT(m, 1) + PTI_BIT(m, 2) + PTI_BIT(m, 3)) \
+    + PTI_PUT(m, 5, PTI_BIT(m, 0) + PTI_BIT(m, 1) + PTI_BIT(m, 2) + PTI_BIT(m, 3) + PTI_BIT(m, 4)) \
+    + PTI_PUT(m, 6, PTI_BIT(m, 0) + PTI_BIT(m, 1) + PTI_BIT(m, 2) + PTI_BIT(m, 3) + PTI_BIT(m, 4) + PTI_BIT(m, 5)) \
+    + PTI_PUT(m, 7, PTI_BIT(m, 0) + PTI_BIT(m, 1) + PTI_BIT(m, 2) + PTI_BIT(m, 3) + PTI_BIT(m, 4) + PTI_BIT(m, 5) + PTI_BIT(m, 6))
+#define PTI_BITS4(m) PTI_BITS(m), PTI_BITS(m + 1), PTI_BITS(m + 2), PTI_BITS(m + 3)
+#define PTI_BITS16(m) PTI_BITS4(m), PTI_BITS4(m + 4), PTI_BITS4(m + 8), PTI_BITS4(m + 12)
+#define PTI_BITS64(m) PTI_BITS16(m), PTI_BITS16(m + 16), PTI_BITS16(m + 32), PTI_BITS16(m + 48)
+static const uint32_t pti_set_bits[256] = { PTI_BITS64(0), PTI_BITS64(64), PTI_BITS64(128), PTI_BITS64(192) };
+
+/* Lane k: the k-th of eight times four bits (and what is above them, which permutations ignore). */
+PTI_AVX2 PTI_INLINE __m256i pti_spread_avx2(uint32_t fours) {
+    return _mm256_srlv_epi32(_mm256_set1_epi32((int)fours), _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
+}
+/* What comes after the next: there is time to fetch it. (Objects are elsewhere; an idle fetch does no harm.) */
+PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
+    const char *p = (const char *)((uintptr_t)b->blocks + (uintptr_t)PTI_INDEX(child) * sizeof(pti_block));
+    _mm_prefetch(p, _MM_HINT_T0); _mm_prefetch(p + 64, _MM_HINT_T0);
+    _mm_prefetch(p + 128, _MM_HINT_T0); _mm_prefetch(p + 192, _MM_HINT_T0);
+}
+/* All without a loop: the children in the node's order for this octant, then those that were met moved together. */
+PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit,
+                                            int any, pti_stack *s, int *top) {
+    __m256 enter, met = pti_boxes_avx2(n, w, limit, &enter);
+    __m256i *push = (__m256i *)(void *)(s->child + *top), children = _mm256_loadu_si256((const __m256i *)(const void *)n->child);
+    uint32_t fours = n->order[w->octant], mask, next;
+    (void)r;
+    if (any) {
+        mask = (uint32_t)_mm256_movemask_ps(met);
+        if (!mask) return PTI_NONE;
+        next = n->child[pti_lowest_bit(mask)];
+        mask &= mask - 1;
+        if (!mask) return next;
+        pti_prefetch(b, n->child[pti_highest_bit(mask)]);
+        _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pti_spread_avx2(pti_set_bits[mask])));
+    } else {
+        __m256i order = pti_spread_avx2(fours), pick;
+        mask = (uint32_t)_mm256_movemask_ps(_mm256_permutevar8x32_ps(met, order));
+        if (!mask) return PTI_NONE;
+        next = pti_highest_bit(mask);
+        mask ^= 1u << next;
+        next = n->child[fours >> 4 * next & 7];
+        if (!mask) return next;
+        pti_prefetch(b, n->child[fours >> 4 * pti_highest_bit(mask) & 7]);
+        pick = _mm256_permutevar8x32_epi32(order, pti_spread_avx2(pti_set_bits[mask]));
+        _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pick));
+        _mm256_storeu_ps(s->enter + *top, _mm256_permutevar8x32_ps(enter, pick));
+    }
+    *top += __builtin_popcount(mask);
+    return next;
+}
+#endif
+
+/* Takes off all that lies behind a hit. */
+PTI_INLINE int pti_cull(pti_stack *s, int top, float limit) {
+    int i, kept = 0;
+    for (i = 0; i < top; i++) {
+        s->child[kept] = s->child[i];
+        s->enter[kept] = s->enter[i];
+        kept += s->enter[i] <= limit;
+    }
+    return kept;
 }
 
 /* Nearest hit, or any. One loop over both levels: at an instance the ray is moved into its scene, and a mark on the stack
-   brings it back. `boxes` and `triangles` are constants wherever this is used, so that they are inlined. */
-PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti_hit *hit, int any,
-                            pti_boxes_kernel *boxes, pti_triangles_kernel *triangles) {
-    pti_entry stack[2 * PTI_STACK];
-    float enter[PTI_WIDTH];
+   brings it back. The kernels are constants wherever this is used, so that they are inlined. */
+PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti_hit *hit, int any, pti_widen_kernel *widen,
+                            pti_visit_kernel *visit, pti_triangles_kernel *triangles) {
+    pti_stack stack;
     pti_lanes lanes;
+    pti_wide wide;
     const pti_geometry *g = scene;
     const pti_ray *r = world;
     pti_ray local;
     pti_instance moved;
+    float limit = hit->t * PTI_WIDEN;
     uint32_t child = g->bvh.root, instance = 0, instance_prim = PTI_NONE, mask;
     int top = 0, found;
+    widen(&wide, r);
     for (;;) {
-        while (PTI_KIND(child) == PTI_INNER) {
-            const pti_node *n = g->bvh.nodes + child;
-            mask = boxes(n, r, hit->t, enter);
-            if (!mask) goto pop;
-            child = pti_push_children(n, mask, enter, stack, &top);
-        }
+        while (PTI_KIND(child) == PTI_INNER)
+            child = visit(&g->bvh, pti_node_at(&g->bvh, child), r, &wide, limit, any, &stack, &top);
+        found = 0;
         if (PTI_KIND(child) == PTI_LEAF) {
-            const pti_packet *p = g->bvh.packets + PTI_INDEX(child);
+            const pti_packet *p = pti_packet_at(&g->bvh, child);
             mask = triangles(p, r, hit->t, &lanes);
             found = mask && pti_packet_hit(p, mask, &lanes, hit, instance_prim);
-        } else if (child == PTI_NONE) {
-            found = 0;
-        } else {
+        } else if (child != PTI_NONE) {
             const pti_shape *s = g->shapes + PTI_INDEX(child);
-            if (s->kind == PTI_INSTANCE) {
-                const pti_instance *in = &s->as.instance;
-                if (in->to_world_end) {
-                    if (!pti_instance_move(in, r->time, &moved)) goto pop;
-                    in = &moved;
-                }
+            const pti_instance *in = &s->as.instance;
+            if (s->kind != PTI_INSTANCE)
+                found = pti_object_hit(s, PTI_INDEX(child), r, hit, instance_prim != PTI_NONE ? instance_prim : s->first);
+            else if (!in->to_world_end || pti_instance_move(in, r->time, &moved)) {
+                if (in->to_world_end) in = &moved;
                 pti_ray_prepare(&local, pti_xform_point(&in->to_local, pt_v3(r->org[0], r->org[1], r->org[2])),
                                 pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time);
                 instance = PTI_INDEX(child) + 1;
                 instance_prim = s->first;
-                stack[top].child = PTI_NONE;
-                stack[top++].enter = -1;
+                stack.child[top] = PTI_NONE;
+                stack.enter[top++] = -1;
                 g = in->of; r = &local; child = g->bvh.root;
+                widen(&wide, r);
                 continue;
             }
-            found = pti_object_hit(s, PTI_INDEX(child), r, hit, instance_prim != PTI_NONE ? instance_prim : s->first);
         }
         if (found) {
             hit->instance = instance;
             if (any) return 1;
+            limit = hit->t * PTI_WIDEN;
+            top = pti_cull(&stack, top, limit);
         }
-pop:
         for (;;) {
             if (!top) return hit->found;
-            child = stack[--top].child;
-            if (child == PTI_NONE && stack[top].enter < 0) {       /* the mark: back to the outer scene */
-                g = scene; r = world;
-                instance = 0; instance_prim = PTI_NONE;
-                continue;
-            }
-            if (stack[top].enter <= hit->t * PTI_WIDEN) break;
+            child = stack.child[--top];
+            if (child != PTI_NONE) break;
+            g = scene; r = world;                        /* the mark: back to the outer scene */
+            instance = 0; instance_prim = PTI_NONE;
+            if (top) widen(&wide, r);
         }
     }
 }
 
 typedef int pti_trace_function(const pti_geometry *g, const pti_ray *r, pti_hit *hit, int any);
-#define PTI_TRACE(isa, boxes, triangles) \
+#define PTI_TRACE(isa) \
     static int pti_trace_##isa(const pti_geometry *g, const pti_ray *r, pti_hit *hit, int any) { \
-        return any ? pti_traverse(g, r, hit, 1, boxes, triangles) : pti_traverse(g, r, hit, 0, boxes, triangles); \
+        return any ? pti_traverse(g, r, hit, 1, pti_widen_##isa, pti_visit_##isa, pti_triangles_##isa) \
+                   : pti_traverse(g, r, hit, 0, pti_widen_##isa, pti_visit_##isa, pti_triangles_##isa); \
     }
-PTI_TRACE(scalar, pti_boxes_scalar, pti_triangles_scalar)
+PTI_TRACE(scalar)
 #if defined(PTI_X86)
-PTI_TRACE(sse2, pti_boxes_sse2, pti_triangles_sse2)
-PTI_AVX2 PTI_TRACE(avx2, pti_boxes_avx2, pti_triangles_avx2)
+PTI_TRACE(sse2)
+PTI_AVX2 PTI_TRACE(avx2)
 #elif defined(PTI_NEON)
-PTI_TRACE(neon, pti_boxes_neon, pti_triangles_neon)
+PTI_TRACE(neon)
 #endif
 static pti_trace_function *pti_trace_for(int isa) {
 #if defined(PTI_X86)
@@ -2391,14 +2934,6 @@ static void pti_hit_init(pti_hit *hit, float tmax) {
 }
 
 /* From a hit to a vertex: all in the space of the hit's own scene, then out of its instance. */
-static uint32_t pti_find_shape(const pti_geometry *g, uint32_t prim) {
-    size_t lo = 0, hi = g->shape_count;
-    while (hi - lo > 1) {
-        size_t mid = lo + (hi - lo) / 2;
-        if (g->shapes[mid].first <= prim) lo = mid; else hi = mid;
-    }
-    return (uint32_t)lo;
-}
 static void pti_vertex_on_triangle(const pti_mesh *m, uint32_t triangle, const pti_hit *hit, pt_vertex *x) {
     pt_vec3 a, b, c, n;
     float w = 1 - hit->u - hit->v, size;
@@ -4989,7 +5524,8 @@ typedef struct pti_albedo_list { pti_albedo albedo; struct pti_albedo_list *next
 struct pt_scene {
     pt_allocator allocator;
     pti_error error;
-    int committed, isa;
+    int committed, isa, threads;
+    pt_quality quality;
     pti_geometry geometry;
     pti_material *materials;    size_t material_count, material_capacity;
     pti_texture *textures;      size_t texture_count, texture_capacity;
@@ -5214,13 +5750,16 @@ PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
     s = (pt_scene *)pti_alloc(&a, 1, sizeof *s);
     if (!s) return NULL;
     s->allocator = a;
-    if (desc) { s->error.logger = desc->logger; s->lights.choose = desc->choose; }
+    if (desc) { s->error.logger = desc->logger; s->lights.choose = desc->choose; s->threads = desc->threads; s->quality = desc->quality; }
     grey = pti_material_slot(s);
     if (!grey) { pt_scene_destroy(s); return NULL; }
     grey->desc.color = pt_v3(0.5f, 0.5f, 0.5f);
     pti_material_flags(grey, s->materials);
     pti_check(s, s->lights.choose >= PT_CHOOSE_TREE && s->lights.choose <= PT_CHOOSE_UNIFORM, "pt_scene_create",
               "choose is no pt_light_choice", (float)(int)s->lights.choose);
+    pti_check(s, s->quality >= PT_QUALITY_DEFAULT && s->quality <= PT_QUALITY_BEST, "pt_scene_create", "quality is no pt_quality",
+              (float)(int)s->quality);
+    pti_check(s, s->threads >= 0 && s->threads <= 4096, "pt_scene_create", "threads must be 0 to 4096", (float)s->threads);
 #ifndef PT_ALLOW_FAST_MATH
     mode = pti_fpmode_enter();
     fuses = pti_fuses();
@@ -6104,7 +6643,7 @@ PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     if (s->error.code != PT_OK) return s->error.code;
     if (s->committed) return PT_OK;
     mode = pti_fpmode_enter();
-    fine = pti_scene_link(s) && pti_bvh_build(&s->geometry, &s->allocator)
+    fine = pti_scene_link(s) && pti_bvh_build(&s->geometry, &s->allocator, s->quality, s->threads > 0 ? s->threads : pti_cores())
         && pti_environment_build(&s->environment, &s->allocator)
         && pti_collect_emitters(s, s, NULL) && pti_lights_build(&s->lights, &s->allocator);
     pti_fpmode_leave(mode);
@@ -6119,17 +6658,21 @@ static const pti_material *pti_material_at(const pt_scene *s, const pt_vertex *x
     return s->materials + x->material.id;
 }
 
+/* One ray, in the mode that pti_fpmode_enter sets. */
+static int pti_query(const pt_scene *s, const pt_ray *ray, pti_trace_function *trace, int any, pti_ray *r, pti_hit *hit) {
+    if (!pti_finite3(ray->org) || !pti_finite3(ray->dir) || pti_is_zero3(ray->dir)) return 0;
+    pti_ray_prepare(r, ray->org, ray->dir, ray->tmin, ray->time);
+    pti_hit_init(hit, ray->tmax);
+    return trace(&s->geometry, r, hit, any);
+}
 static int pti_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x, int any) {
     pti_ray r;
     pti_hit hit;
     pti_fpmode mode;
     int found;
     if (!s || !ray || !s->committed) return 0;
-    if (!pti_finite3(ray->org) || !pti_finite3(ray->dir) || pti_is_zero3(ray->dir)) return 0;
     mode = pti_fpmode_enter();
-    pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, ray->time);
-    pti_hit_init(&hit, ray->tmax);
-    found = pti_trace_for(s->isa)(&s->geometry, &r, &hit, any);
+    found = pti_query(s, ray, pti_trace_for(s->isa), any, &r, &hit);
     if (found && x) {
         pti_vertex_fill(&s->geometry, &r, &hit, x);
         pti_vertex_coordinates(&s->geometry, x);
@@ -6139,6 +6682,46 @@ static int pti_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x, int
 }
 PT_DEF int pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x) { return pti_intersect(s, ray, x, 0); }
 PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_intersect(s, ray, NULL, 1); }
+
+static void pti_hit_tell(const pt_scene *s, const pti_hit *hit, pt_hit *out) {
+    const pti_geometry *g = hit->instance ? s->geometry.shapes[hit->instance - 1].as.instance.of : &s->geometry;
+    uint32_t shape = hit->shape ? hit->shape - 1 : pti_find_shape(g, hit->prim);
+    out->t = hit->t; out->u = hit->u; out->v = hit->v;
+    out->prim = hit->prim - g->shapes[shape].first;
+    out->shape.id = shape + 1;
+    out->instance.id = hit->instance;
+}
+PT_DEF size_t pt_intersect_all(const pt_scene *s, const pt_ray *rays, size_t count, pt_hit *hits) {
+    int there = s && s->committed && rays;
+    pti_trace_function *trace = there ? pti_trace_for(s->isa) : NULL;
+    pti_fpmode mode = pti_fpmode_enter();
+    size_t i, found = 0;
+    pti_ray r;
+    pti_hit hit;
+    for (i = 0; hits && i < count; i++) {
+        memset(&hits[i], 0, sizeof hits[i]);
+        hits[i].t = HUGE_VALF;
+        if (!there || !pti_query(s, rays + i, trace, 0, &r, &hit)) continue;
+        pti_hit_tell(s, &hit, hits + i);
+        found++;
+    }
+    pti_fpmode_leave(mode);
+    return found;
+}
+PT_DEF size_t pt_occluded_all(const pt_scene *s, const pt_ray *rays, size_t count, unsigned char *occluded) {
+    int there = s && s->committed && rays;
+    pti_trace_function *trace = there ? pti_trace_for(s->isa) : NULL;
+    pti_fpmode mode = pti_fpmode_enter();
+    size_t i, found = 0;
+    pti_ray r;
+    pti_hit hit;
+    for (i = 0; occluded && i < count; i++) {
+        occluded[i] = (unsigned char)(there && pti_query(s, rays + i, trace, 1, &r, &hit));
+        found += occluded[i];
+    }
+    pti_fpmode_leave(mode);
+    return found;
+}
 
 /* ---- >>mixture -----------------------------------------------------------------------------------------
    The one density that a path's next direction is drawn from:

@@ -7,12 +7,22 @@
 #include "stats.h"
 #include "scenes.h"
 
+#if defined(PTI_X86)
+PTI_AVX2 static uint32_t boxes_avx2(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]) {
+    pti_wide w;
+    __m256 where, met;
+    pti_widen_avx2(&w, r);
+    met = pti_boxes_avx2(n, &w, limit, &where);
+    _mm256_storeu_ps(enter, where);
+    return (uint32_t)_mm256_movemask_ps(met);
+}
+#endif
 typedef struct kernels { const char *name; int isa; pti_boxes_kernel *boxes; pti_triangles_kernel *triangles; } kernels;
 static const kernels all_kernels[] = {
     { "scalar", PTI_SCALAR_ISA, pti_boxes_scalar, pti_triangles_scalar },
 #if defined(PTI_X86)
     { "sse2", PTI_SSE2_ISA, pti_boxes_sse2, pti_triangles_sse2 },
-    { "avx2", PTI_AVX2_ISA, pti_boxes_avx2, pti_triangles_avx2 },
+    { "avx2", PTI_AVX2_ISA, boxes_avx2, pti_triangles_avx2 },
 #elif defined(PTI_NEON)
     { "neon", PTI_NEON_ISA, pti_boxes_neon, pti_triangles_neon },
 #endif
@@ -223,7 +233,7 @@ static void box_kernels_are_conservative(void) {
             float enter[PTI_WIDTH];
             uint32_t mask;
             if (!there[k]) continue;
-            mask = all_kernels[k].boxes(&n, &ray, tmax, enter);
+            mask = all_kernels[k].boxes(&n, &ray, tmax * PTI_WIDEN, enter);
             missed[k] += (must & ~mask) != 0;
             for (j = 0; j < PTI_WIDTH; j++) {
                 if (n.child[j] == PTI_NONE) { extra += mask >> j & 1; continue; }
@@ -238,6 +248,52 @@ static void box_kernels_are_conservative(void) {
     }
     CHECK_EQ_INT(extra, 0);                              /* unused children are never met */
     CHECK(met > 20000 && passed_by > 100000);            /* nor are all the others */
+}
+/* Many rays at once are as many single ones, on triangles, spheres, in instances; those that can not be among them. */
+static void many_rays_at_once(void) {
+    enum { N = 4000 };
+    static pt_ray rays[N];
+    static pt_hit hits[N];
+    static unsigned char occluded[N];
+    pt_rng r;
+    mesh m;
+    pt_scene *inner = pt_scene_create(NULL), *s = pt_scene_create(NULL);
+    pt_xform x;
+    int i, wrong = 0, found = 0, in_instance = 0;
+    pt_rng_seed(&r, 10, 3);
+    m = mesh_blob(6, 0.1, &r);
+    x = pti_xform_or_identity(NULL);
+    x.m[3] = 2;
+    CHECK_EQ_INT(pt_intersect_all(s, rays, N, hits), 0);         /* not committed */
+    CHECK(hits[N - 1].t > FLT_MAX);
+    add_mesh(inner, &m);
+    committed(inner);
+    pt_add_sphere(s, pt_v3(-2, 0, 0), 1, (pt_material){ 0 });
+    add_mesh(s, &m);
+    pt_add_instance(s, inner, &x);
+    committed(s);
+    for (i = 0; i < N; i++) rays[i] = odd_ray(&r, v3_of(0, 0, 0), 3);
+    rays[7].dir = pt_v3(0, 0, 0);
+    found = (int)pt_intersect_all(s, rays, N, hits);
+    CHECK_EQ_INT(pt_occluded_all(s, rays, N, occluded), found);
+    for (i = 0; i < N; i++) {
+        pt_vertex v;
+        int hit = pt_intersect(s, rays + i, &v);
+        found -= hit;
+        wrong += occluded[i] != hit || (hits[i].shape.id != 0) != hit || (hits[i].t < FLT_MAX) != hit;
+        if (!hit) continue;
+        in_instance += v.instance.id != 0;
+        wrong += hits[i].t != v.t || hits[i].prim != v.prim || hits[i].shape.id != v.shape.id || hits[i].instance.id != v.instance.id;
+        if (v.shape.id != 1 || v.instance.id) wrong += hits[i].u != v.u || hits[i].v != v.v;     /* no mesh here has uvs */
+    }
+    CHECK_EQ_INT(wrong, 0);
+    CHECK_EQ_INT(found, 0);
+    CHECK(in_instance > 50);
+    CHECK_EQ_INT(hits[7].shape.id, 0);
+    CHECK_EQ_INT(pt_intersect_all(NULL, rays, 1, hits), 0);
+    CHECK_EQ_INT(pt_occluded_all(s, NULL, 1, occluded), 0);
+    pt_scene_destroy(s); pt_scene_destroy(inner);
+    mesh_free(&m);
 }
 /* Rays that can not be: nothing is found, nothing hangs. */
 static void senseless_rays(void) {
@@ -520,6 +576,7 @@ void test_kernel(void) {
     RUN(all_isas_trace_two_levels_the_same);
     RUN(all_triangle_kernels_are_the_same);
     RUN(box_kernels_are_conservative);
+    RUN(many_rays_at_once);
     RUN(senseless_rays);
     RUN(any_length_of_direction);
     RUN(moving_instances_match_brute_force);
