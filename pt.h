@@ -2879,7 +2879,13 @@ static pt_vec3 pti_texture_mean_on_triangle(const pti_texture *t, const float a[
        at a hit in volume k:  sigma_s,k,i F_i / sum_c q_c sigma_t,k,c P_c,       where all pass:  F_i / sum_c q_c P_c.
    F_i is the channel's transmittance, and P_c the probability of having come that far, products over all volumes; with virtual
    hits, of their 1 - sigma_t / mu. They are found by flying again, with the same random numbers. q goes as the throughput
-   so far, so the channels' sum never grows. A medium that only absorbs is never hit: its P is 1, and light fades. */
+   so far, so the channels' sum never grows. A medium that only absorbs is never hit: its P is 1, and light fades.
+
+   Distances have a mixture, too. Near a small lamp light goes as 1 / r^2, which free flights do not know: bright specks. So in
+   constant media some flights are drawn, with the share w, by
+       e(t) = sum_k Phi_k / (D_k^2 + (t - t_k)^2) / integral of that,
+   lamp k being nearest to the ray at t_k, D_k away (equiangular sampling, Kulla and Fajardo 2012). Then
+       P_c = (1 - w) sigma_t,c T_c + w e at a hit, without q's sigma_t,       P_c = (1 - w) T_c + w (1 - E(t)) where it passes. */
 
 /* Phase functions: densities over directions, per steradian, that are their own sampling. Draine's (2003),
        D(u) = 1 / (4 pi)  (1 - g^2) / (1 + g^2 - 2 g u)^(3/2)  (1 + alpha u^2) / (1 + alpha (1 + 2 g^2) / 3),
@@ -3045,7 +3051,8 @@ typedef struct pti_volume {
 typedef struct pti_volumes {
     pti_volume *all;  size_t count, capacity, unbounded; /* those everywhere come first */
     pti_geometry tree;                                   /* of the others' boxes in the world */
-    int weigh, chromatic, emit;                          /* does any of them? */
+    int weigh, chromatic, emit, aim;                     /* does any of them? */
+    float least;                                         /* extinction of those that aim */
 } pti_volumes;
 
 /* Stretches of a ray inside of a volume, one after the other, up to tmax. Bounds that are closed and do not cross themselves
@@ -3058,6 +3065,9 @@ typedef struct pti_span {
     float from, to;                                      /* the present one; before the first: 0, 0 */
     int last;                                            /* no more to come */
 } pti_span;
+#define PTI_AIMS 4
+#define PTI_AIM_SHARE 0.35f                              /* w, at most: on four scenes 0.25 to 0.5 were hardly worse */
+typedef struct pti_aim { float at, distance, power; } pti_aim;       /* a lamp: t_k, D_k, Phi_k / (4 pi) */
 typedef struct pti_flight {                              /* a ray of unit length through all volumes */
     const pti_volumes *volumes;
     pti_trace_function *trace;
@@ -3067,6 +3077,10 @@ typedef struct pti_flight {                              /* a ray of unit length
     const pti_sampler *sampler;                          /* NULL: all of them are plain ones */
     uint32_t group;
     int hero;
+    int aim_count;                                       /* lamps to aim at */
+    pti_aim aims[PTI_AIMS];
+    float end, sky;                                      /* the nearest surface; fluence from the sky */
+    int weigh;                                           /* are there weights? */
 } pti_flight;
 
 static void pti_span_begin(pti_span *s, const pti_flight *f, const pti_volume *v, float tmax) {
@@ -3172,6 +3186,75 @@ static uint32_t pti_flight_draw(const pti_flight *f, const pti_volume *v) {
     return u[0];
 }
 static float pti_exponential(float u) { return -pti_log(1 - u); }
+
+/* e in one volume, on the one stretch there is. */
+typedef struct pti_aimed {
+    float share, from, to;                               /* w */
+    double sum, angle[PTI_AIMS], first[PTI_AIMS];        /* the integral; of each lamp, what it sees of the stretch, from where */
+    float weight[PTI_AIMS];                              /* Phi_k, dimmed by the way to where it is nearest */
+} pti_aimed;
+/* 0: w is 0. It is the lamps' part of what light is there, less where they are so far off the ray, in mean free paths, that
+   1 / r^2 hardly changes within one. */
+static int pti_volume_aim(const pti_flight *f, const pti_volume *v, pti_aimed *a) {
+    const pti_medium *m = v->medium;
+    float sigma = pti_luminance(m->sigma_t), length, near_t, r, sky;
+    double part, keen = 0;
+    pti_span s;
+    int k;
+    if (!f->aim_count || v->kind == PTI_IN_CLOSED || !m->scatters || pti_medium_tracked(m)) return 0;
+    pti_span_begin(&s, f, v, f->end);
+    if (!pti_span_next(&s)) return 0;
+    a->from = s.from; a->to = s.to;
+    a->sum = 0;
+    for (k = 0; k < f->aim_count; k++) {
+        const pti_aim *aim = f->aims + k;
+        near_t = pti_clamp(aim->at, s.from, s.to);
+        r = (near_t - aim->at) * (near_t - aim->at) + aim->distance * aim->distance;
+        a->weight[k] = aim->power * pti_exp(-sigma * (near_t - s.from));
+        a->first[k] = pti_atan2_double((double)s.from - (double)aim->at, (double)aim->distance);
+        a->angle[k] = pti_atan2_double((double)s.to - (double)aim->at, (double)aim->distance) - a->first[k];
+        part = (double)a->weight[k] * a->angle[k] / (double)aim->distance;
+        a->sum += part;
+        keen += part / (double)(1 + sigma * sigma * r);
+    }
+    length = s.to - s.from;
+    sky = f->sky * (sigma > 0 ? (1 - pti_exp(-sigma * length)) / sigma : length);
+    if (!(a->sum > 1e-30 && a->sum < 1e30)) return 0;
+    a->share = PTI_AIM_SHARE * (float)(keen / (a->sum + (double)sky));
+    return a->share > 0.02f;
+}
+static float pti_aimed_pdf(const pti_flight *f, const pti_aimed *a, float t) {
+    double sum = 0;
+    int k;
+    if (t < a->from || t > a->to) return 0;
+    for (k = 0; k < f->aim_count; k++) {
+        double d = (double)f->aims[k].distance, x = (double)t - (double)f->aims[k].at;
+        sum += (double)a->weight[k] / (d * d + x * x);
+    }
+    return (float)(sum / a->sum);
+}
+static float pti_aimed_beyond(const pti_flight *f, const pti_aimed *a, float t) {      /* 1 - E(t) */
+    double sum = 0;
+    int k;
+    if (t <= a->from || t >= a->to) return t <= a->from ? 1.0f : 0.0f;
+    for (k = 0; k < f->aim_count; k++) {
+        double d = (double)f->aims[k].distance, at = pti_atan2_double((double)t - (double)f->aims[k].at, d);
+        sum += (double)a->weight[k] * (a->first[k] + a->angle[k] - at) / d;
+    }
+    return pti_clamp((float)(sum / a->sum), 0, 1);
+}
+static float pti_aimed_sample(const pti_flight *f, const pti_aimed *a, uint32_t u) {
+    double left = a->sum, part, sine, cosine, d;
+    int k, last = f->aim_count - 1;
+    for (k = 0; k < last; k++) {
+        part = (double)a->weight[k] * a->angle[k] / (double)f->aims[k].distance;
+        if (pti_split(&u, (float)(part / left))) break;
+        left -= part;
+    }
+    d = (double)f->aims[k].distance;
+    pti_sincos_double(a->first[k] + a->angle[k] * (double)pti_u01(u), &sine, &cosine);
+    return pti_clamp((float)((double)f->aims[k].at + d * sine / cosine), a->from, a->to);
+}
 
 /* Hits, virtual ones too, one after the other: mu is the majorant along the way, tau the optical depth left to the next. A
    march makes one in the middle of each step, and calls 1 / step mu. */
@@ -3289,15 +3372,23 @@ static void pti_tracker_pass(pti_tracker *k, float p) {
 static float pti_tracker_real(const pti_tracker *k, float sigma) { return pti_min(k->density * sigma / k->mu, 1); }
 
 /* Where the hero hits, or tmax. */
-static float pti_volume_hit(const pti_flight *f, const pti_volume *v, float tmax, int *exceeded) {
+static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int *exceeded) {
     const pti_medium *m = v->medium;
     float sigma = pti_channel(m->sigma_t, f->hero), tau, p;
     pti_tracker k;
+    pti_aimed aimed;
     pti_span s;
-    if (!m->scatters || !(sigma > 0)) return tmax;
+    uint32_t u;
+    if (!m->scatters) return tmax;
     if (!pti_medium_tracked(m)) {
+        u = pti_flight_draw(f, v);
+        if (pti_volume_aim(f, v, &aimed)) {
+            f->weigh = 1;
+            if (pti_split(&u, aimed.share)) return pti_min(pti_aimed_sample(f, &aimed, u), tmax);
+        }
+        if (!(sigma > 0)) return tmax;
         pti_span_begin(&s, f, v, tmax);
-        for (tau = pti_exponential(pti_u01(pti_flight_draw(f, v))) / sigma; pti_span_next(&s); tau -= s.to - s.from)
+        for (tau = pti_exponential(pti_u01(u)) / sigma; pti_span_next(&s); tau -= s.to - s.from)
             if (tau < s.to - s.from) return pti_min(s.from + tau, tmax);
         return tmax;
     }
@@ -3310,20 +3401,32 @@ static float pti_volume_hit(const pti_flight *f, const pti_volume *v, float tmax
     *exceeded |= k.exceeded;
     return tmax;
 }
-/* F_i and P_c up to t, over the hero's transmittance, which is never 0 where it has been: *f and *p are multiplied. */
-static void pti_volume_weigh(const pti_flight *f, const pti_volume *v, float t, pt_vec3 *F, pt_vec3 *P) {
+static void pti_aimed_weigh(const pti_flight *f, const pti_aimed *a, float t, pt_vec3 r, float over_hero, pt_vec3 sigma,
+                            pt_vec3 *P) {
+    float w = a->share, e = w * over_hero * (sigma.x < 0 ? pti_aimed_beyond(f, a, t) : pti_aimed_pdf(f, a, t));
+    if (sigma.x >= 0) r = pti_mul(r, sigma);
+    *P = pti_mul(*P, pt_v3((1 - w) * r.x + e, (1 - w) * r.y + e, (1 - w) * r.z + e));
+}
+/* F_i and P_c up to t, or of a hit at t, over the hero's transmittance, which is never 0 where it has been: *F and *P are
+   multiplied. */
+static void pti_volume_weigh(const pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 *F, pt_vec3 *P) {
     const pti_medium *m = v->medium;
     float length, hero = m->scatters ? pti_channel(m->sigma_t, f->hero) : 0.0f, p;
+    pti_aimed aimed;
     pti_tracker k;
     pt_vec3 r;
-    if (!pti_medium_weighs(m)) return;
+    int aims = pti_volume_aim(f, v, &aimed);
+    if (hit) *F = pti_mul(*F, m->sigma_s);
+    if (hit && !aims) *P = pti_mul(*P, m->sigma_t);
+    if (!pti_medium_weighs(m) && !aims) return;
     if (!pti_medium_tracked(m)) {
         length = pti_span_length(f, v, t);
         r.x = pti_exp(pti_min((hero - m->sigma_t.x) * length, 80));
         r.y = pti_exp(pti_min((hero - m->sigma_t.y) * length, 80));
         r.z = pti_exp(pti_min((hero - m->sigma_t.z) * length, 80));
         *F = pti_mul(*F, r);
-        if (m->scatters) *P = pti_mul(*P, r);
+        if (aims) pti_aimed_weigh(f, &aimed, t, r, pti_exp(pti_min(hero * length, 80)), hit ? m->sigma_t : pt_v3(-1, 0, 0), P);
+        else if (m->scatters) *P = pti_mul(*P, r);
         return;
     }
     pti_tracker_begin(&k, f, v, t);
@@ -3389,35 +3492,29 @@ static const pti_volume *pti_visit_next(pti_visit *v, float tmax) {
     return NULL;
 }
 /* The nearest hit before *t, which becomes where it is; NULL: all pass. */
-static const pti_volume *pti_flight_hit(const pti_flight *f, float *t, int *exceeded) {
+static const pti_volume *pti_flight_hit(pti_flight *f, float *t, int *exceeded) {
     const pti_volume *v, *hit = NULL;
     pti_visit visit;
+    f->end = *t;
+    f->weigh = f->volumes->weigh;
     pti_visit_begin(&visit, f);
     while ((v = pti_visit_next(&visit, *t)) != NULL) {
         float at = pti_volume_hit(f, v, *t, exceeded);
-        if (!(at < *t) && !(hit && at == *t && v < hit)) continue;
+        if (!(at < *t)) continue;
         *t = at;
         hit = v;
     }
     return hit;
 }
-static void pti_flight_weigh(const pti_flight *f, float t, pt_vec3 *F, pt_vec3 *P) {
-    const pti_volume *v;
-    pti_visit visit;
-    *F = *P = pt_v3(1, 1, 1);
-    if (!f->volumes->weigh) return;
-    pti_visit_begin(&visit, f);
-    while ((v = pti_visit_next(&visit, t)) != NULL) pti_volume_weigh(f, v, t, F, P);
-}
 /* The weight of having come to t, where `hit` was hit, or NULL. q: of the channels, by which the hero was chosen. */
 static pt_vec3 pti_flight_weight(const pti_flight *f, float t, const pti_volume *hit, pt_vec3 q) {
-    pt_vec3 F, P;
+    pt_vec3 F = pt_v3(1, 1, 1), P = F;
+    const pti_volume *v;
+    pti_visit visit;
     float p;
-    pti_flight_weigh(f, t, &F, &P);
-    if (hit) {
-        F = pti_mul(F, hit->medium->sigma_s);
-        P = pti_mul(P, hit->medium->sigma_t);
-    }
+    if (!f->weigh) return hit ? pti_scale(hit->medium->sigma_s, 1 / hit->medium->sigma_t.x) : F;
+    pti_visit_begin(&visit, f);
+    while ((v = pti_visit_next(&visit, t)) != NULL) pti_volume_weigh(f, v, t, v == hit, &F, &P);
     p = pti_dot(q, P);
     return p > 0 ? pti_scale(F, 1 / p) : pt_v3(0, 0, 0);
 }
@@ -3446,14 +3543,14 @@ static pt_vec3 pti_volume_glow(const pti_flight *f, const pti_volume *v, float t
     pt_vec3 e = pti_scale(m->emission, length);
     uint32_t u = pti_hash2(pti_flight_draw(f, v), 0x91e10da5u);
     pti_tracker k;
-    if (!(length > 0) || (!m->varies && !m->glow && !f->volumes->weigh)) return e;
+    if (!(length > 0) || (!m->varies && !m->glow && !f->weigh)) return e;
     at = pti_flight_place(f, v, length * pti_u01(u));
     pti_tracker_begin(&k, f, v, t);
     k.t = at;
     k.mu = FLT_MAX;
     if (m->varies) e = pti_scale(e, pti_tracker_density(&k));
     if (m->glow) e = pti_mul(e, pti_max3(m->glow(m->user, pti_madd(k.span.dir, at, k.span.org)), pt_v3(0, 0, 0)));
-    return f->volumes->weigh ? pti_mul(e, pti_flight_weight(f, at, NULL, q)) : e;
+    return f->weigh ? pti_mul(e, pti_flight_weight(f, at, NULL, q)) : e;
 }
 static pt_vec3 pti_flight_glow(const pti_flight *f, float t, pt_vec3 q) {
     pt_vec3 sum = pt_v3(0, 0, 0);
@@ -5105,15 +5202,19 @@ static uint32_t pti_light_pick(const float imp[PTI_WIDTH], uint32_t count, doubl
     *u = (uint32_t)(((uint64_t)(*u - (uint32_t)from) << 32 | low) / (to - from));
     return k;
 }
-static int pti_lights_sample(const pti_lights *l, const pti_receiver *r, uint32_t choice, float u, float v, pt_vec3 *wi) {
+static const pti_emitter *pti_lights_choose(const pti_lights *l, const pti_receiver *r, uint32_t choice) {
     const pti_light_node *n = l->nodes;
     float imp[PTI_WIDTH];
     while (n->count) {
         double sum = pti_light_weigh(l, n, r, imp);
-        if (!(sum > 0)) return 0;                        /* no child shines on p */
+        if (!(sum > 0)) return NULL;                     /* no child shines on p */
         n = l->nodes + n->first + pti_light_pick(imp, n->count, sum, &choice);
     }
-    return pti_emitter_sample(l->emitters + n->first, r->p, u, v, wi);
+    return l->emitters + n->first;
+}
+static int pti_lights_sample(const pti_lights *l, const pti_receiver *r, uint32_t choice, float u, float v, pt_vec3 *wi) {
+    const pti_emitter *e = pti_lights_choose(l, r, choice);
+    return e && pti_emitter_sample(e, r->p, u, v, wi);
 }
 
 /* A ray on its way through the tree. Boxes are widened by what the rounding of wi is at their distance, so that the tree
@@ -7166,6 +7267,9 @@ static int pti_volumes_build(pt_scene *s) {              /* 0: an error, or out 
         v->weigh |= pti_medium_weighs(m);
         v->chromatic |= m->chromatic;
         v->emit |= m->emits;
+        if (!m->scatters || pti_medium_tracked(m)) continue;
+        v->least = v->aim ? pti_min(v->least, m->largest) : m->largest;
+        v->aim = 1;
     }
     return pti_volumes_tree(s);
 }
@@ -7618,6 +7722,42 @@ static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler
     *beta = pti_mul(*beta, color);
     return wavelength;
 }
+/* Lamps that the flight's distances are aimed at: all if they are few, else those that the tree chooses for two places on the
+   way. Only what is seen from the camera, be it in mirrors or through glass, is worth it: specks are there, and later on they
+   drown. Nor are flights that end on a lamp, which are for it. And no path by the BSDF alone is aimed, since such are there to
+   compare with. */
+static void pti_path_aim_at(pti_flight *f, const pti_emitter *e) {
+    pti_aim *aim = f->aims + f->aim_count++;
+    pti_bounds b = pti_emitter_bounds(e);
+    pt_vec3 d = pti_sub(pti_scale(pti_add(b.lo, b.hi), 0.5f), f->org);
+    float size = 0.5f * pti_length(pti_sub(b.hi, b.lo));
+    aim->at = pti_dot(d, f->dir);
+    d = pti_madd(f->dir, -aim->at, d);
+    aim->distance = pti_max(pti_max(pti_length(d), 0.5f * size), 1e-6f);
+    aim->power = e->luminance * pti_emitter_area(e) * 0.25f;
+}
+static void pti_path_aim(const pti_tracer *t, pti_flight *f, float end) {
+    const pti_lights *l = &t->scene->lights;
+    const pti_environment *sky = &t->scene->environment;
+    const pt_weights *w = &t->weights;
+    pti_receiver r;
+    uint32_t k;
+    if (w->bsdf + w->environment > 0 && !(w->lights > 0)) return;
+    f->sky = 4 * PTI_PI * (sky->irradiance ? sky->irradiance[PTI_RECEIVER_ALL] / (4 * PTI_PI) : sky->present ? sky->mean : 0.0f);
+    if (l->count <= PTI_AIMS) {
+        for (k = 0; k < l->count; k++) pti_path_aim_at(f, l->emitters + k);
+        return;
+    }
+    end = pti_min(end, 2 / pti_max(f->volumes->least, 1e-30f));
+    r.n = pt_v3(0, 0, 0);
+    for (k = 0; k < 2; k++) {
+        uint32_t u = pti_hash2(f->seed, f->index ^ (k + 1) * 0x9e3779b9u);
+        const pti_emitter *e;
+        r.p = pti_madd(f->dir, end * 0.5f * ((float)k + pti_u01(u)), f->org);
+        e = pti_lights_choose(l, &r, pti_hash(u));
+        if (e) pti_path_aim_at(f, e);
+    }
+}
 /* What a flight changes of a path. */
 typedef struct pti_carried { pt_vec3 L, beta, potential; int exceeded; } pti_carried;
 static void pti_path_hero(const pti_sampler *sampler, uint32_t group, pt_vec3 beta, pt_vec3 *q, int *hero) {
@@ -7644,11 +7784,14 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     f.seed = pti_hash2(sampler->pixel_seed, f.group);
     f.index = sampler->index;
     f.hero = 0;
+    f.aim_count = 0;
+    if (volumes->aim && t->scene->lights.count && !(m && m->emits) && c->potential.x == 1 && c->potential.y == 1
+        && c->potential.z == 1) pti_path_aim(t, &f, at);
     c->exceeded = 0;
     if (volumes->chromatic) pti_path_hero(sampler, f.group, c->beta, &q, &f.hero);
     hit = pti_flight_hit(&f, &at, &c->exceeded);
     if (volumes->emit) c->L = pti_add(c->L, pti_mul(c->beta, pti_flight_glow(&f, at, q)));
-    if (!hit && !volumes->weigh) return m;
+    if (!hit && !f.weigh) return m;
     w = pti_flight_weight(&f, at, hit, q);
     c->beta = pti_mul(c->beta, w);
     c->potential = pti_mul(c->potential, w);

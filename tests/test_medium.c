@@ -728,10 +728,94 @@ static void memory_runs_out(void) {
     CHECK(done && n > 20);
 }
 
+/* Weights make up for how distances were drawn: the mean of weight x g(t), over hits of volume k, is the integral of
+   g sigma_s,k,i T_i, and over those that pass, T_i: for grey and for chromatic media of all kinds, with and without lamps to
+   aim at, whatever q is. Volumes: a box of [-1,1]^3, a ball of radius 1.2, everywhere; the ray goes along x from -2 to 3. */
+typedef struct weigh_case { const char *name; int chromatic, kind, aims; pt_vec3 q; } weigh_case;
+static double weigh_density(const weigh_case *c, int volume, double x) {
+    if (volume == 0) return fabs(x) < 1 ? (c->kind == 1 ? (x < 0 ? 0.5 : 1) : c->kind == 2 ? (x > 0.1 ? x : 0.2) : 1) : 0;
+    return volume == 1 ? fabs(x) < 1.2 : 1;
+}
+static float weigh_function(void *user, pt_vec3 p) { (void)user; return p.x > 0.1f ? p.x : 0.2f; }
+static void weights_make_up_for_sampling(void) {
+    static const weigh_case cases[] = {
+        { "grey", 0, 0, 0, { 1, 0, 0 } }, { "grey, aimed", 0, 0, 2, { 1, 0, 0 } }, { "chromatic", 1, 0, 0, { 0.2f, 0.5f, 0.3f } },
+        { "chromatic, aimed", 1, 0, 1, { 0.1f, 0.2f, 0.7f } }, { "grid", 1, 1, 0, { 0.4f, 0.3f, 0.3f } }, { "grid, aimed", 1, 1, 2, { 0, 1, 0 } },
+        { "function", 1, 2, 0, { 0.4f, 0.3f, 0.3f } }, { "function, aimed", 1, 2, 2, { 0.4f, 0.2f, 0.4f } } };
+    static const float grid[2] = { 0.5f, 1 };
+    size_t i;
+    for (i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const weigh_case *c = cases + i;
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d[3];
+        stats_moments m[4][3];
+        pti_sampler sampler;
+        pti_flight f;
+        double want[4][3], tau[3] = { 0, 0, 0 };
+        int n, k, ch, exceeded = 0;
+        d[0] = grey_medium(0.1f, 0.4f); d[1] = grey_medium(0, 0.3f); d[2] = grey_medium(0.05f, 0.1f);
+        if (c->chromatic) {
+            d[0].sigma_s = pt_v3(0.2f, 0.6f, 1.2f); d[0].sigma_a = pt_v3(0.5f, 0, 0.1f);
+            d[1].sigma_s = pt_v3(0, 0, 0); d[1].sigma_a = pt_v3(0.1f, 0.2f, 0.4f);
+            d[2].sigma_s = pt_v3(0.3f, 0.1f, 0.05f);
+        }
+        if (c->kind == 1) { d[0].grid = grid; d[0].nx = 2; d[0].ny = d[0].nz = 1; d[0].nearest = 1; }
+        if (c->kind == 2) { d[0].density = weigh_function; d[0].density_max = 1.5f; }
+        memset(want, 0, sizeof want);
+        memset(m, 0, sizeof m);
+        for (n = 0; n < 100000; n++) for (ch = 0; ch < 3; ch++) {
+            double dx = 5.0 / 100000, x = -2 + (n + 0.5) * dx, all = 0;
+            for (k = 0; k < 3; k++) all += weigh_density(c, k, x) * (double)pti_axis(pti_add(d[k].sigma_a, d[k].sigma_s), ch);
+            for (k = 0; k < 3; k++)
+                want[k][ch] += weigh_density(c, k, x) * (double)pti_axis(d[k].sigma_s, ch) * exp(-tau[ch] - all * dx / 2) * (1 + x * x) * dx;
+            tau[ch] += all * dx;
+        }
+        for (ch = 0; ch < 3; ch++) want[3][ch] = exp(-tau[ch]);
+        fill_box(s, -1, 1, &d[0]);                       /* the one that is everywhere becomes number 0 */
+        pt_add_volume(s, pt_add_sphere(s, pt_v3(0, 0, 0), 1.2f, no_material), pt_add_medium(s, &d[1]));
+        pt_add_volume(s, everywhere, pt_add_medium(s, &d[2]));
+        if (!commit(s)) return;
+        memset(&f, 0, sizeof f);
+        memset(&sampler, 0, sizeof sampler);
+        sampler.pixel_seed = 3 + (uint32_t)i;
+        sampler.kind = PT_SAMPLER_RANDOM;
+        f.volumes = &s->volumes; f.trace = pti_trace_for(s->isa);
+        f.org = pt_v3(-2, 0, 0); f.dir = pt_v3(1, 0, 0);
+        f.group = PTI_GROUP_FLIGHT; f.sampler = &sampler;
+        f.seed = 5;
+        f.aims[0].at = 2.3f; f.aims[0].distance = 0.1f; f.aims[0].power = 1;
+        f.aims[1].at = 4.5f; f.aims[1].distance = 0.4f; f.aims[1].power = 3;
+        f.aim_count = c->aims;
+        for (n = 0; n < 300000; n++) {
+            const pti_volume *hit;
+            float t = 5, u = ((float)(n % 1000) + 0.5f) / 1000;
+            pt_vec3 w;
+            pti_sampler_start(&sampler, (uint32_t)n);
+            f.index = (uint32_t)n;
+            f.hero = u < c->q.x ? 0 : u < c->q.x + c->q.y ? 1 : 2;
+            hit = pti_flight_hit(&f, &t, &exceeded);
+            w = pti_flight_weight(&f, t, hit, c->q);
+            for (k = 0; k < 4; k++) for (ch = 0; ch < 3; ch++) {
+                int it = k == 3 ? !hit : hit == s->volumes.all + (k + 1) % 3;
+                double x = (double)t - 2;
+                stats_push(&m[k][ch], it ? (double)pti_axis(w, ch) * (k < 3 ? 1 + x * x : 1) : 0);
+            }
+        }
+        for (k = 0; k < 4; k++) for (ch = 0; ch < 3; ch++) {
+            test_case("%s, %s, channel %d: %g, should be %g", c->name, k < 3 ? "hits" : "passing", ch, m[k][ch].mean, want[k][ch]);
+            if (want[k][ch] > 0) {
+                CHECK_P(stats_t_test(&m[k][ch], want[k][ch]));
+                CHECK(stats_error(&m[k][ch]) < 0.02 * want[k][ch]);
+            } else CHECK(m[k][ch].mean == 0);
+        }
+        pt_scene_destroy(s);
+    }
+}
+
 void test_medium(void) {
     RUN(phases_fit_their_densities); RUN(mean_cosines);
     RUN(transmittance_of_a_box); RUN(transmittance_of_a_grid); RUN(bounds_of_all_kinds); RUN(overlapping_volumes_add_up);
-    RUN(marches_are_as_biased_as_they_say);
+    RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
     RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab);
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
     RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds);
