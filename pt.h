@@ -3267,17 +3267,17 @@ typedef struct pti_tracker {
     pt_rng rng;
     float density;                                       /* at the hit */
     int exceeded;                                        /* the callback did */
-    int cell[3], axis;                                   /* where it is; which way it leaves, at */
-    float leave, next[3], scale[3], first[3];            /* planes of the cells' grid: at t = plane * scale + first */
+    int axis, plane[3], left[3], step[3];                /* which way it leaves the cell; the next planes; how many cells are
+                                                            behind them; where the next one is in memory */
+    const float *majorant;                               /* the cell's */
+    float leave, next[3], scale[3], first[3];            /* planes are at t = plane * scale + first */
     float marched;                                       /* up to where */
 } pti_tracker;
 
-static void pti_tracker_look(pti_tracker *k) {           /* into the cell that it is in */
-    const int *n = k->span.volume->cells;
+PTI_INLINE void pti_tracker_look(pti_tracker *k) {           /* into the cell that it is in */
     k->axis = k->next[0] <= k->next[1] ? (k->next[0] <= k->next[2] ? 0 : 2) : k->next[1] <= k->next[2] ? 1 : 2;
     k->leave = k->next[k->axis];
-    k->mu = k->medium->largest * k->span.volume->majorants[((size_t)k->cell[2] * (size_t)n[1] + (size_t)k->cell[1])
-                                                           * (size_t)n[0] + (size_t)k->cell[0]];
+    k->mu = k->medium->largest * *k->majorant;
 }
 static void pti_tracker_enter(pti_tracker *k) {          /* the cell at t */
     const int *cells = k->span.volume->cells;
@@ -3287,21 +3287,27 @@ static void pti_tracker_enter(pti_tracker *k) {          /* the cell at t */
         k->leave = FLT_MAX;
         return;
     }
-    for (i = 0; i < 3; i++) {
+    k->majorant = k->span.volume->majorants;
+    for (i = 2; i >= 0; i--) {
         float n = (float)cells[i], d = pti_axis(k->dir, i) * n, o = pti_axis(k->org, i) * n;
-        k->cell[i] = pti_voxel_index(o + k->t * d, cells[i]);
+        int cell = pti_voxel_index(o + k->t * d, cells[i]), stride = i == 0 ? 1 : i == 1 ? cells[0] : cells[0] * cells[1];
+        k->majorant += cell * stride;
+        k->plane[i] = cell + (d > 0);
+        k->left[i] = d > 0 ? cells[i] - 1 - cell : cell;
+        k->step[i] = d > 0 ? stride : -stride;
         k->scale[i] = d != 0 ? 1 / d : 0.0f;
         k->first[i] = -o * k->scale[i];
-        k->next[i] = d != 0 ? (float)(k->cell[i] + (d > 0)) * k->scale[i] + k->first[i] : FLT_MAX;
+        k->next[i] = d != 0 ? (float)k->plane[i] * k->scale[i] + k->first[i] : FLT_MAX;
     }
     pti_tracker_look(k);
 }
-static void pti_tracker_advance(pti_tracker *k) {        /* into the next cell, or out of the grid */
-    int i = k->axis, up = k->scale[i] > 0, cell = k->cell[i] + (up ? 1 : -1);
-    if (cell < 0 || cell >= k->span.volume->cells[i]) k->next[i] = FLT_MAX;
+PTI_INLINE void pti_tracker_advance(pti_tracker *k) {        /* into the next cell, or out of the grid */
+    int i = k->axis;
+    if (k->left[i]-- <= 0) k->next[i] = FLT_MAX;
     else {
-        k->cell[i] = cell;
-        k->next[i] = (float)(cell + up) * k->scale[i] + k->first[i];
+        k->majorant += k->step[i];
+        k->plane[i] += k->step[i] > 0 ? 1 : -1;
+        k->next[i] = (float)k->plane[i] * k->scale[i] + k->first[i];
     }
     pti_tracker_look(k);
 }
@@ -3347,7 +3353,10 @@ static int pti_tracker_march(pti_tracker *k) {
 static int pti_tracker_next(pti_tracker *k) {
     if (k->medium->tracking != PT_TRACK_EXACT) return pti_tracker_march(k);
     for (;;) {
-        float end = pti_min(k->leave, k->span.to), tau = k->mu * pti_max(end - k->t, 0);
+        float end, tau;
+        while (!(k->mu > 0) && k->leave < k->span.to) { k->t = pti_max(k->t, k->leave); pti_tracker_advance(k); }
+        end = pti_min(k->leave, k->span.to);
+        tau = k->mu * pti_max(end - k->t, 0);
         if (tau > k->tau) {
             k->t = pti_min(k->t + k->tau / k->mu, end);
             if (k->t >= k->span.tmax) return 0;
