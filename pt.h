@@ -59,6 +59,7 @@
      >>render     tiles, threads, progress
      >>image      PNG, PPM, PFM, Radiance HDR
      >>merl       files of measured BRDFs
+     >>grid       files of densities
      >>mesh       Wavefront OBJ and MTL, PLY; smooth normals
      >>license */
 #ifndef PT_PATHTRACER_H_INCLUDED /* not PT_H: another well-known library on embedded systems ships a pt.h too */
@@ -611,6 +612,24 @@ PT_DEF pt_result pt_read_merl_memory(pt_merl *out, const void *data, size_t size
 PT_DEF pt_result pt_read_merl(pt_merl *out, const char *path);
 #endif
 PT_DEF void      pt_merl_free(pt_merl *merl);
+
+/* Densities on a grid, read from a file or to be written to one: Mitsuba's VOL files of one channel of floats, 48 bytes and the
+   values, which fit pt_medium_desc. Start from zero, or with an allocator set; free with pt_grid_free what was read, also after
+   an error. Writing looks at what stands before the allocator. */
+typedef struct pt_grid {
+    int nx, ny, nz;                                       /* 1 to 4096 each */
+    float *values;                                        /* of (x, y, z) at values + (z ny + y) nx + x */
+    pt_vec3 lo, hi;                                       /* the box that it fills, as the file has it */
+    pt_allocator allocator;
+    char error[256];                                      /* "file:byte N: reason", or "" */
+} pt_grid;
+PT_DEF pt_result pt_read_grid_memory(pt_grid *out, const void *data, size_t size);
+PT_DEF pt_result pt_write_grid_to(const pt_writer *w, const pt_grid *grid);
+#ifndef PT_NO_STDIO
+PT_DEF pt_result pt_read_grid(pt_grid *out, const char *path);
+PT_DEF pt_result pt_write_grid(const char *path, const pt_grid *grid);
+#endif
+PT_DEF void      pt_grid_free(pt_grid *grid);
 
 /* A material that came with a mesh: its numbers are in desc. Its pictures are for the caller to load, with any library:
        for (k = 0; k < PT_MTL_MAPS; k++)
@@ -9987,6 +10006,121 @@ PT_DEF void pt_merl_free(pt_merl *merl) {
     a = pti_allocator_or_default(merl->allocator);
     pti_free(&a, merl->values, 3 * PTI_MERL_CELLS, sizeof(float));
     merl->values = NULL;
+}
+
+/* ---- >>grid --------------------------------------------------------------------------------------------
+   Mitsuba's VOL files, version 3 (its manual, "Grid-based volume data source"), all little-endian: the letters VOL and a byte 3;
+   int32 1, for floats; int32 sizes along x, y, z and int32 number of channels, here 1; six floats, the least and the largest
+   corner of a box; then the values, x fastest, z slowest. */
+#define PTI_VOL_HEADER 48
+#define PTI_VOL_SIZE 4096                                /* along each axis, as pt_add_medium has it */
+
+static float pti_little_float(const uint8_t *p) {
+    uint32_t bits = pti_little32(p);
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+static size_t pti_grid_count(const pt_grid *g) { return (size_t)g->nx * (size_t)g->ny * (size_t)g->nz; }
+static int pti_grid_fits(uint32_t x, uint32_t y, uint32_t z) {
+    return x - 1 < PTI_VOL_SIZE && y - 1 < PTI_VOL_SIZE && z - 1 < PTI_VOL_SIZE && (uint64_t)x * y * z <= SIZE_MAX / 8;
+}
+static int pti_grid_header(pti_input *in, pt_grid *out) {
+    const uint8_t *p = in->at;
+    uint32_t kind, x, y, z, channels;
+    uint64_t size;
+    if (pti_input_left(in) < PTI_VOL_HEADER) return pti_refuse(in, "the file ends in its header");
+    if (memcmp(p, "VOL\3", 4)) return pti_refuse(in, "no grid: it does not begin with VOL and version 3");
+    kind = pti_little32(p + 4);
+    x = pti_little32(p + 8); y = pti_little32(p + 12); z = pti_little32(p + 16);
+    channels = pti_little32(p + 20);
+    if (kind != 1) return pti_refuse(in, "its values are of kind %u, and should be of kind 1, floats", (uint64_t)kind);
+    if (channels != 1) return pti_refuse(in, "it has %u channels, and should have 1", (uint64_t)channels);
+    if (!pti_grid_fits(x, y, z))
+        return pti_refuse(in, "its sizes are %u x %u x %u, and should be 1 to 4096", (uint64_t)x, (uint64_t)y, (uint64_t)z);
+    size = PTI_VOL_HEADER + 4 * (uint64_t)x * y * z;
+    if (pti_input_left(in) != size)
+        return pti_refuse(in, "the file has %u bytes, and should have %u", (uint64_t)pti_input_left(in), size);
+    out->lo = pt_v3(pti_little_float(p + 24), pti_little_float(p + 28), pti_little_float(p + 32));
+    out->hi = pt_v3(pti_little_float(p + 36), pti_little_float(p + 40), pti_little_float(p + 44));
+    out->nx = (int)x; out->ny = (int)y; out->nz = (int)z;
+    return 1;
+}
+static pt_result pti_read_grid(pt_grid *out, const char *name, const void *data, size_t size) {
+    pt_allocator a = pti_allocator_or_default(out->allocator);
+    pti_input in = pti_input_of(name, data, size, out->error);
+    size_t i, n;
+    in.line = 0;
+    if (!pti_grid_header(&in, out)) return PT_ERR_FORMAT;
+    n = pti_grid_count(out);
+    out->values = (float *)pti_alloc(&a, n, sizeof(float));
+    if (!out->values) return pti_report(out->error, PT_ERR_MEMORY, name, "out of memory");
+    in.at += PTI_VOL_HEADER;
+    for (i = 0; i < n; i++, in.at += 4) out->values[i] = pti_little_float(in.at);
+    return PT_OK;
+}
+PT_DEF pt_result pt_read_grid_memory(pt_grid *out, const void *data, size_t size) {
+    if (!out || (!data && size)) return PT_ERR_ARG;
+    pt_grid_free(out);
+    out->error[0] = 0;
+    return pti_read_grid(out, "memory", data, size);
+}
+static void pti_output_little32(pti_output *o, uint32_t v) {
+    int k;
+    for (k = 0; k < 32; k += 8) pti_output_byte(o, v >> k & 255);
+}
+static void pti_output_floats(pti_output *o, const float *x, size_t n) {
+    uint32_t bits;
+    for (; n && !o->failed; n--, x++) {
+        memcpy(&bits, x, sizeof bits);
+        pti_output_little32(o, bits);
+    }
+}
+PT_DEF pt_result pt_write_grid_to(const pt_writer *w, const pt_grid *grid) {
+    float box[6];
+    pti_output o;
+    if (!grid || !pti_output_begin(&o, w, grid->values, grid->nx, grid->ny) || grid->nz < 1
+        || !pti_grid_fits((uint32_t)grid->nx, (uint32_t)grid->ny, (uint32_t)grid->nz)) return PT_ERR_ARG;
+    box[0] = grid->lo.x; box[1] = grid->lo.y; box[2] = grid->lo.z;
+    box[3] = grid->hi.x; box[4] = grid->hi.y; box[5] = grid->hi.z;
+    pti_output_text(&o, "VOL\3");
+    pti_output_little32(&o, 1);
+    pti_output_little32(&o, (uint32_t)grid->nx);
+    pti_output_little32(&o, (uint32_t)grid->ny);
+    pti_output_little32(&o, (uint32_t)grid->nz);
+    pti_output_little32(&o, 1);
+    pti_output_floats(&o, box, 6);
+    pti_output_floats(&o, grid->values, pti_grid_count(grid));
+    return pti_output_end(&o);
+}
+#ifndef PT_NO_STDIO
+PT_DEF pt_result pt_write_grid(const char *path, const pt_grid *grid) {
+    pti_save s;
+    pt_result r = pti_save_open(&s, path);
+    return r != PT_OK ? r : pti_save_close(&s, pt_write_grid_to(&s.writer, grid));
+}
+PT_DEF pt_result pt_read_grid(pt_grid *out, const char *path) {
+    pt_allocator a;
+    pti_file f;
+    pt_result r;
+    if (!out || !path) return PT_ERR_ARG;
+    pt_grid_free(out);
+    out->error[0] = 0;
+    a = pti_allocator_or_default(out->allocator);
+    r = pti_file_read(&a, path, out->error, &f);
+    if (r != PT_OK) return r;
+    r = pti_read_grid(out, path, f.data, f.size);
+    pti_file_free(&a, &f);
+    return r;
+}
+#endif
+PT_DEF void pt_grid_free(pt_grid *grid) {
+    pt_allocator a;
+    if (!grid) return;
+    a = pti_allocator_or_default(grid->allocator);
+    pti_free(&a, grid->values, pti_grid_count(grid), sizeof(float));
+    grid->values = NULL;
+    grid->nx = grid->ny = grid->nz = 0;
 }
 
 /* ---- >>mesh --------------------------------------------------------------------------------------------

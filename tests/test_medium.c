@@ -101,6 +101,7 @@ static void mean_cosines(void) {
 
 /* What flights along a ray do, by internal calls: how many pass, where hits are, and the mean of ratio tracking. */
 typedef struct flown { double n, passed, hits[4], sum_t; stats_moments T; } flown;
+static float fly_time;
 static void fly(const pt_scene *s, pt_vec3 org, pt_vec3 dir, float tmax, int n, flown *out) {
     pti_sampler sampler;
     pti_flight f;
@@ -113,6 +114,7 @@ static void fly(const pt_scene *s, pt_vec3 org, pt_vec3 dir, float tmax, int n, 
     f.volumes = &s->volumes; f.trace = pti_trace_for(s->isa);
     f.org = org; f.dir = pti_normalize(dir);
     f.group = PTI_GROUP_FLIGHT;
+    f.time = fly_time;
     for (i = 0; i < n; i++) {
         const pti_volume *hit;
         float t = tmax;
@@ -239,8 +241,9 @@ static double ring_length(double x, double r, double R) {           /* along z t
 }
 static void bounds_of_all_kinds(void) {
     static const pt_xform turned = { { 0, 0, 2, 1,  0, 0.5f, 0, 0.2f,  -1, 0, 0, 3 } };
+    static const pt_xform start = { { 1, 0, 0, 9,  0, 1, 0, 0,  0, 0, 1, 0 } }, stop = { { 1, 0, 0, -9,  0, 1, 0, 0,  0, 0, 2, 0 } };
     int k;
-    for (k = 0; k < 8; k++) {
+    for (k = 0; k < 9; k++) {
         pt_scene *s = pt_scene_create(NULL), *inner = pt_scene_create(NULL);
         pt_medium_desc d = grey_medium(0, 0.7f);
         pt_medium m = pt_add_medium(s, &d);
@@ -269,6 +272,13 @@ static void bounds_of_all_kinds(void) {
             length = 2;
         }
         if (k == 7) { pt_add_volume(s, everywhere, m); length = 10; }
+        if (k == 8) {                                               /* in motion: half-way, it is there, and 1.5 as long */
+            pt_add_volume(inner, pt_add_sphere(inner, pt_v3(0.1f, 0.2f, 0), 1, no_material), pt_add_medium(inner, &d));
+            commit(inner);
+            pt_add_moving_instance(s, inner, &start, &stop);
+            length = 3;
+        }
+        fly_time = k == 8 ? 0.5f : 0;
         if (!commit(s)) return;
         fly(s, org, dir, k == 7 ? 10 : 100, 100000, &f);
         if (tolerance > 0) CHECK_NEAR(-log(f.T.mean) / 0.7, length, tolerance);
@@ -279,6 +289,7 @@ static void bounds_of_all_kinds(void) {
         pt_scene_destroy(s);
         pt_scene_destroy(inner);
     }
+    fly_time = 0;
 }
 /* Two that overlap are their sum; each is hit in proportion to what it has. Then a hundred of them, by their tree. */
 static void overlapping_volumes_add_up(void) {
@@ -831,6 +842,50 @@ static void weights_make_up_for_sampling(void) {
     }
 }
 
+/* Grids come back from their files as they went; broken ones are refused in words, and no byte less makes one. */
+typedef struct bytes { unsigned char data[600]; size_t size; } bytes;
+static int keep(void *user, const void *data, size_t size) {
+    bytes *b = (bytes *)user;
+    if (b->size + size > sizeof b->data) return 1;
+    memcpy(b->data + b->size, data, size);
+    b->size += size;
+    return 0;
+}
+static void grids_in_files(void) {
+    static const struct { int at, value; const char *words; } broken[] = { { 0, 'W', "VOL" }, { 3, 2, "version 3" }, { 4, 3, "kind 3" }, { 20, 3, "3 channels" },
+                                                                           { 8, 0, "0 x 4 x 5" }, { 9, 17, "4355 x 4 x 5" }, { 8, 4, "should have" } };
+    pt_grid g, back;
+    float values[60];
+    bytes b;
+    pt_writer w = { keep, NULL };
+    size_t i;
+    memset(&g, 0, sizeof g);
+    memset(&back, 0, sizeof back);
+    memset(&b, 0, sizeof b);
+    for (i = 0; i < 60; i++) values[i] = (float)i * 0.37f;
+    g.nx = 3; g.ny = 4; g.nz = 5; g.values = values; g.lo = pt_v3(-1, 0, 2); g.hi = pt_v3(1, 4, 2.5f);
+    w.user = &b;
+    CHECK_EQ_INT(pt_write_grid_to(&w, &g), PT_OK);
+    CHECK_EQ_INT(b.size, 48 + 240);
+    CHECK(b.data[8] == 3 && b.data[12] == 4 && b.data[16] == 5 && b.data[47] == 0x40);           /* 2.5 is 0x40200000 */
+    CHECK_EQ_INT(pt_read_grid_memory(&back, b.data, b.size), PT_OK);
+    CHECK(back.nx == 3 && back.ny == 4 && back.nz == 5 && back.lo.z == 2 && back.hi.z == 2.5f && back.lo.x == -1 && back.hi.y == 4);
+    CHECK(back.values && !memcmp(values, back.values, sizeof values));
+    for (i = 0; i < b.size; i++) CHECK_EQ_INT(pt_read_grid_memory(&back, b.data, i), PT_ERR_FORMAT);
+    for (i = 0; i < sizeof broken / sizeof *broken; i++) {
+        unsigned char old = b.data[broken[i].at];
+        b.data[broken[i].at] = (unsigned char)broken[i].value;
+        CHECK_EQ_INT(pt_read_grid_memory(&back, b.data, b.size), PT_ERR_FORMAT);
+        if (!strstr(back.error, broken[i].words)) FAIL("case %d says: %s", (int)i, back.error);
+        b.data[broken[i].at] = old;
+    }
+    CHECK(!back.values && back.nx == 0);
+    pt_grid_free(&back);
+    g.nz = 0;
+    CHECK_EQ_INT(pt_write_grid_to(&w, &g), PT_ERR_ARG);
+    CHECK_EQ_INT(pt_write_grid_to(&w, NULL), PT_ERR_ARG);
+}
+
 void test_medium(void) {
     RUN(phases_fit_their_densities); RUN(mean_cosines);
     RUN(transmittance_of_a_box); RUN(transmittance_of_a_grid); RUN(majorants_hold); RUN(bounds_of_all_kinds); RUN(overlapping_volumes_add_up);
@@ -839,5 +894,5 @@ void test_medium(void) {
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
     RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds);
     RUN(bits_are_the_same); RUN(limits_count_scattering); RUN(too_dense_functions_are_noticed); RUN(bad_input_is_refused);
-    RUN(memory_runs_out);
+    RUN(memory_runs_out); RUN(grids_in_files);
 }
