@@ -376,8 +376,9 @@ PT_DEF pt_shape pt_add_moving_instance(pt_scene *s, const pt_scene *of, const pt
 PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m);
 /* Fills a shape with a medium. The shape must be closed, its normals all pointing outwards (or all inwards), and may not cross
    itself; it may be concave, in several pieces, an instance. Volumes may overlap each other and anything else, and the camera
-   may be inside. Bounds of none: everywhere (then without a density). A shape whose material is none, or PT_BSDF_NONE without
-   emission, is the medium's bounds and nothing else from then on: no ray stops there, pt_intersect does not see it. */
+   may be inside. Bounds of none: everywhere, then without a density or a march; such fog does not come along with an instance.
+   A shape whose material is none, or PT_BSDF_NONE without emission, is the medium's bounds and nothing else from then on: no ray
+   stops there, pt_intersect does not see it. */
 PT_DEF pt_volume pt_add_volume(pt_scene *s, pt_shape bounds, pt_medium m);
 
 /* Lights that have no shape. (Every shape whose material emits is a light too.) Each kind reads what stands in its line, and
@@ -495,9 +496,10 @@ typedef struct pt_render_desc {
     int width, height, spp;                               /* pixels, up to 65536 each; samples a pixel, 0 = 64 */
     int max_depth;                                        /* scattering events, black beyond, up to 2^27 - 1; 0 = 64. 1 is
                                                              direct light */
-    int max_diffuse;                                      /* of them by diffuse lobes: diffuse, translucent, fuzz, users'.
-                                                             1 is for outdoors: direct light alone, and that in mirrors,
-                                                             in gloss and through glass; 0 = no limit but max_depth */
+    int max_diffuse;                                      /* of them by diffuse lobes: diffuse, translucent, fuzz, users';
+                                                             in media, all. 1 is for outdoors: direct light alone, and
+                                                             that in mirrors, in gloss and through glass; 0 = no limit
+                                                             but max_depth */
     int tile, threads;                                    /* up to 65536, 0 = 32 pixels; up to 4096, 0 = one a core */
     uint64_t seed;
     int first_sample;                                     /* of a larger render that several machines share */
@@ -3362,7 +3364,7 @@ static int pti_tracker_march(pti_tracker *k) {
             }
     step = pti_min(k->medium->step, k->span.to - k->marched);
     k->t = k->marched + 0.5f * step;
-    k->marched = step < k->medium->step ? k->span.to : k->marched + step;
+    k->marched = step < k->medium->step || !(k->marched + step > k->marched) ? k->span.to : k->marched + step;
     k->density = pti_tracker_density(k);
     k->mu = 1 / step;
     if (k->medium->tracking == PT_TRACK_MARCH) k->coin = pt_rng_float(&k->rng);
@@ -3429,11 +3431,12 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
     *exceeded |= k.exceeded;
     return tmax;
 }
-static void pti_aimed_weigh(const pti_flight *f, const pti_aimed *a, float t, pt_vec3 r, float over_hero, pt_vec3 sigma,
-                            pt_vec3 *P) {
-    float w = a->share, e = w * over_hero * (sigma.x < 0 ? pti_aimed_beyond(f, a, t) : pti_aimed_pdf(f, a, t));
-    if (sigma.x >= 0) r = pti_mul(r, sigma);
-    *P = pti_mul(*P, pt_v3((1 - w) * r.x + e, (1 - w) * r.y + e, (1 - w) * r.z + e));
+/* P_c of a volume whose distances are aimed; T_c over the hero's is r, and T the hero's 1 / inverse. */
+static pt_vec3 pti_aimed_density(const pti_flight *f, const pti_aimed *a, const pti_medium *m, float t, int hit, pt_vec3 r,
+                                 float inverse) {
+    float w = a->share, e = w * inverse * (hit ? pti_aimed_pdf(f, a, t) : pti_aimed_beyond(f, a, t));
+    if (hit) r = pti_mul(r, m->sigma_t);
+    return pt_v3((1 - w) * r.x + e, (1 - w) * r.y + e, (1 - w) * r.z + e);
 }
 /* F_i and P_c up to t, or of a hit at t, over the hero's transmittance, which is never 0 where it has been: *F and *P are
    multiplied. */
@@ -3453,12 +3456,12 @@ static void pti_volume_weigh(const pti_flight *f, const pti_volume *v, float t, 
         r.y = pti_exp(pti_min((hero - m->sigma_t.y) * length, 80));
         r.z = pti_exp(pti_min((hero - m->sigma_t.z) * length, 80));
         *F = pti_mul(*F, r);
-        if (aims) pti_aimed_weigh(f, &aimed, t, r, pti_exp(pti_min(hero * length, 80)), hit ? m->sigma_t : pt_v3(-1, 0, 0), P);
+        if (aims) *P = pti_mul(*P, pti_aimed_density(f, &aimed, m, t, hit, r, pti_exp(pti_min(hero * length, 80))));
         else if (m->scatters) *P = pti_mul(*P, r);
         return;
     }
     pti_tracker_begin(&k, f, v, t);
-    while (pti_tracker_next(&k)) {
+    while (pti_tracker_next(&k) && pti_largest(*F) > 0) {
         p = m->scatters ? pti_tracker_real(&k, hero) : 0.0f;
         if (p >= 1) break;
         r.x = (1 - pti_tracker_real(&k, m->sigma_t.x)) / (1 - p);
@@ -6747,7 +6750,8 @@ PT_DEF pt_volume pt_add_volume(pt_scene *s, pt_shape bounds, pt_medium m) {
         || !pti_check_id(s, bounds.id, s->geometry.shape_count, call, "bounds, a shape,")
         || !pti_check_id(s, m.id, s->medium_count, call, "medium")
         || !pti_require(s, m.id > 0, call, "there is no medium to fill it with")
-        || !pti_require(s, bounds.id || !s->media[m.id - 1].varies, call, "a medium with a density needs bounds")
+        || !pti_require(s, bounds.id || !pti_medium_tracked(s->media + (m.id - 1)), call,
+                        "a medium with a density, or one to be marched through, needs bounds")
         || !pti_filling_add(s, bounds.id, m.id)) return id;
     id.id = (uint32_t)s->filling_count;
     return id;

@@ -689,7 +689,7 @@ static void bad_input_is_refused(void) {
     static const float grid[2] = { 1, -1 }, fine_grid[2] = { 1, 1 };
     static const char *words[] = { "sigma_a", "sigma_s", "emission", "g must", "g2 must", "mix must", "alpha must", "droplet_um",
         "phase is no", "phase_pdf", "only one", "density_max", "density_bound without", "nx must", "voxel (1, 0, 0)", "tracking is no",
-        "step above 0", "needs bounds", "no medium", "medium 7", "shape, 9", "inside", "at most density_max", "NULL", "g must" };
+        "step above 0", "needs bounds", "no medium", "medium 7", "shape, 9", "inside", "at most density_max", "NULL", "g must", "needs bounds" };
     int k;
     for (k = 0; k < (int)(sizeof words / sizeof *words); k++) {
         pt_scene *s = pt_scene_create(NULL);
@@ -713,12 +713,13 @@ static void bad_input_is_refused(void) {
         if (k == 13) d.grid = fine_grid;
         if (k == 14) { d.grid = grid; d.nx = 2; d.ny = d.nz = 1; }
         if (k == 15) d.tracking = (pt_tracking)3;
-        if (k == 16) d.tracking = PT_TRACK_MARCH;
+        if (k == 16 || k == 25) d.tracking = PT_TRACK_MARCH;
+        if (k == 25) d.step = 1;
         if (k == 17) { d.grid = fine_grid; d.nx = 2; d.ny = d.nz = 1; }
         if (k == 22) { d.density = ramp; d.density_max = 1; d.density_bound = low_bound; }
         if (k == 24) d.g = NAN;
         m = pt_add_medium(s, k == 23 ? NULL : &d);
-        if (k == 17) pt_add_volume(s, everywhere, m);
+        if (k == 17 || k == 25) pt_add_volume(s, everywhere, m);
         if (k == 18) m.id = 0;
         if (k == 19) m.id = 7;
         if (k == 20) box.id = 9;
