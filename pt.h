@@ -3557,29 +3557,44 @@ static pt_vec3 pti_flight_transmittance(const pti_flight *f, float t) {
     while (!pti_is_zero3(T) && (v = pti_visit_next(&visit, t)) != NULL) T = pti_mul(T, pti_volume_transmittance(f, v, t));
     return T;
 }
-/* What glows along the way up to t, where the path got by chance: epsilon at a place drawn uniformly from the stretches inside,
-   times their length and the weight of having come there. */
-static float pti_flight_place(const pti_flight *f, const pti_volume *v, float inside) {
-    pti_span s;
-    pti_span_begin(&s, f, v, FLT_MAX);
-    while (pti_span_next(&s)) {
-        if (inside <= s.to - s.from) return s.from + inside;
-        inside -= s.to - s.from;
+/* What glows along the way up to t, where the path got by chance: epsilon at one place, over the density that it was drawn with,
+   times the weight of having come there. Places are drawn as majorants go, so none from where nothing is. */
+static float pti_majorant_density(const pti_tracker *k) {
+    return k->span.volume->majorants ? *k->majorant : k->medium->varies ? k->medium->density_max : 1.0f;
+}
+/* The integral of majorants up to tmax; where it reaches target before, *at and *most are that place and what stands there. */
+static float pti_majorant_integral(const pti_flight *f, const pti_volume *v, float tmax, float target, float *at, float *most) {
+    pti_tracker k;
+    float sum = 0, end, part;
+    pti_tracker_begin(&k, f, v, tmax);
+    while (pti_span_next(&k.span)) {
+        for (k.t = k.span.from, pti_tracker_enter(&k); ; pti_tracker_advance(&k)) {
+            end = pti_min(k.leave, k.span.to);
+            *most = pti_majorant_density(&k);
+            part = *most * pti_max(end - k.t, 0);
+            if (sum + part > target) {
+                *at = pti_min(k.t + (target - sum) / *most, end);
+                return target;
+            }
+            sum += part;
+            k.t = pti_max(k.t, end);
+            if (k.t >= k.span.to) break;
+        }
     }
-    return s.to;
+    return sum;
 }
 static pt_vec3 pti_volume_glow(const pti_flight *f, const pti_volume *v, float t, pt_vec3 q) {
     const pti_medium *m = v->medium;
-    float length = pti_span_length(f, v, t), at;
-    pt_vec3 e = pti_scale(m->emission, length);
+    float most, at = -1, all = pti_majorant_integral(f, v, t, FLT_MAX, &at, &most);
     uint32_t u = pti_hash2(pti_flight_draw(f, v), 0x91e10da5u);
+    pt_vec3 e = pti_scale(m->emission, all);
     pti_tracker k;
-    if (!(length > 0) || (!m->varies && !m->glow && !f->weigh)) return e;
-    at = pti_flight_place(f, v, length * pti_u01(u));
+    if (!(all > 0) || (!m->varies && !m->glow && !f->weigh)) return e;
+    pti_majorant_integral(f, v, t, all * pti_u01(u), &at, &most);
     pti_tracker_begin(&k, f, v, t);
     k.t = at;
     k.mu = FLT_MAX;
-    if (m->varies) e = pti_scale(e, pti_tracker_density(&k));
+    if (m->varies) e = pti_scale(e, pti_tracker_density(&k) / most);
     if (m->glow) e = pti_mul(e, pti_max3(m->glow(m->user, pti_madd(k.span.dir, at, k.span.org)), pt_v3(0, 0, 0)));
     return f->weigh ? pti_mul(e, pti_flight_weight(f, at, NULL, q)) : e;
 }
