@@ -448,6 +448,52 @@ static void cameras(const pt_scene *of) {
     }
     pt_scene_destroy(s);
 }
+/* Media of all kinds, in bounds of all kinds, with a lamp to aim at. */
+static float layers(void *user, pt_vec3 p) { (void)user; return p.y > .5f ? .25f : product(p.y, p.y); }
+static float layers_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; return hi.y > .5f ? 1 : .3f; }
+static pt_vec3 warm(void *user, pt_vec3 p) { (void)user; return pt_v3(1, product(p.x, p.x), .1f); }
+static pt_volume fill(pt_scene *s, pt_shape bounds, pt_medium_desc *m, float r, float g, float b, float absorbed) {
+    m->sigma_s = pt_v3(r, g, b);
+    m->sigma_a = pt_v3(absorbed, absorbed, absorbed);
+    return pt_add_volume(s, bounds, pt_add_medium(s, m));
+}
+static pt_scene *media(void) {
+    static const float corners[12] = { 0, 0, 0,  1, 0, 0,  0, 1, 0,  0, 0, 1 };
+    static const uint32_t faces[12] = { 0, 2, 1,  0, 1, 3,  0, 3, 2,  1, 2, 3 };
+    static const pt_xform turned = { { .8f, 0, .6f, -1.5f,  0, 1, 0, .6f,  -.6f, 0, .8f, .5f } };
+    static float grid[5 * 6 * 7];
+    pt_material none = { 0 };
+    pt_shape everywhere = { 0 };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material_desc lamp;
+    pt_mesh_desc mesh;
+    pt_medium_desc m[6];
+    int i;
+    memset(m, 0, sizeof m);
+    memset(&lamp, 0, sizeof lamp);
+    memset(&mesh, 0, sizeof mesh);
+    for (i = 0; i < 5 * 6 * 7; i++) grid[i] = (float)(i * 7 % 11) * .1f;
+    pt_add_quad(s, pt_v3(-5, 0, 5), pt_v3(10, 0, 0), pt_v3(0, 0, -10), matte(s, .5f, .5f, .5f));
+    lamp.emission = pt_v3(9, 8, 7);
+    pt_add_sphere(s, pt_v3(0, 1.5f, 0), .2f, pt_add_material(s, &lamp));
+    m[0].g = .4f;
+    fill(s, everywhere, &m[0], .02f, .03f, .05f, .01f);
+    m[1].phase = PT_PHASE_DROPLETS; m[1].grid = grid; m[1].nx = 5; m[1].ny = 6; m[1].nz = 7;
+    fill(s, pt_add_box(s, pt_v3(-.6f, -.5f, -.6f), pt_v3(.6f, .5f, .6f), &turned, none), &m[1], 4, 3, 2, .1f);
+    m[2].phase = PT_PHASE_TWO_LOBES; m[2].g = .7f; m[2].g2 = -.3f; m[2].mix = .4f;
+    m[2].density = layers; m[2].density_max = 1; m[2].density_bound = layers_bound; m[2].emission = pt_v3(.3f, .3f, .3f); m[2].glow = warm;
+    fill(s, pt_add_sphere(s, pt_v3(.5f, .6f, 1), .6f, none), &m[2], 2, 2, 2, .2f);
+    mesh.positions = corners; mesh.vertex_count = 4; mesh.indices = faces; mesh.index_count = 12;
+    m[3].phase = PT_PHASE_RAYLEIGH; m[3].tracking = PT_TRACK_MARCH_CDF; m[3].step = .05f;
+    fill(s, pt_add_mesh(s, &mesh), &m[3], 1, 2, 3, 0);
+    m[4].phase = PT_PHASE_DRAINE; m[4].g = .5f; m[4].alpha = 10;
+    fill(s, pt_add_sphere(s, pt_v3(1.2f, .5f, .2f), .5f, none), &m[4], 1, 2, 3, .1f);
+    lamp.emission = pt_v3(0, 0, 0); lamp.bsdf = PT_BSDF_DIELECTRIC; lamp.ior = 1.3f;
+    m[5].sigma_a = pt_v3(.2f, 1, 3);
+    lamp.inside = pt_add_medium(s, &m[5]);
+    pt_add_sphere(s, pt_v3(-.5f, .5f, 1.5f), .4f, pt_add_material(s, &lamp));
+    return s;
+}
 /* Halves of the samples, by two renders, merged: must equal the whole. */
 static void merged(pt_scene *s, pt_render_desc d) {
     pt_render *a, *b;
@@ -461,10 +507,10 @@ static void merged(pt_scene *s, pt_render_desc d) {
     pt_render_destroy(b);
 }
 
-#define SCENES 6
+#define SCENES 7
 static const struct { const char *name; pt_scene *(*make)(void); } scenes[SCENES] = {
     { "metals", metals }, { "glasses", glasses }, { "principled", principled }, { "textures", textures }, { "outdoors", outdoors },
-    { "files", files }
+    { "files", files }, { "media", media }
 };
 
 int main(int argc, char **argv) {

@@ -1,0 +1,903 @@
+/* >>medium: phase functions against their densities, flights against closed forms, furnaces, agreement of all ways to find light. */
+#define PT_IMPLEMENTATION
+#define PT_STATIC
+#include "../pt.h"
+#include "test.h"
+#include "stats.h"
+#include "scenes.h"
+#include "agreement.h"
+
+static const pt_shape everywhere = { 0 };
+static const pt_material no_material = { 0 };
+static pt_medium_desc grey_medium(float sigma_a, float sigma_s) {
+    pt_medium_desc d;
+    memset(&d, 0, sizeof d);
+    d.sigma_a = pt_v3(sigma_a, sigma_a, sigma_a);
+    d.sigma_s = pt_v3(sigma_s, sigma_s, sigma_s);
+    return d;
+}
+static pt_volume fill_box(pt_scene *s, float lo, float hi, const pt_medium_desc *d) {
+    return pt_add_volume(s, pt_add_box(s, pt_v3(lo, lo, lo), pt_v3(hi, hi, hi), NULL, no_material), pt_add_medium(s, d));
+}
+
+/* ---- phase functions ---- */
+
+typedef struct phase_case { const char *name; pt_medium_desc d; double zoom; double ax, az; } phase_case;
+typedef struct phase_ctx { pti_phase phase; pt_vertex x; } phase_ctx;
+static int sample_phase(void *ctx, pt_rng *rng, pt_vec3 *wi) {
+    phase_ctx *c = (phase_ctx *)ctx;
+    uint32_t a = pt_rng_u32(rng), b = pt_rng_u32(rng);
+    return pti_phase_sample(&c->phase, &c->x, a, b, wi);
+}
+static double pdf_phase(void *ctx, pt_vec3 wi) {
+    phase_ctx *c = (phase_ctx *)ctx;
+    return pti_phase_pdf(&c->phase, &c->x, wi);
+}
+/* A user's: twice as much into the upper half as into the lower one. */
+static float up_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
+    (void)user; (void)x;
+    return pti_pdf_sphere() * (wi.y > 0 ? 4.0f : 2.0f) / 3;
+}
+static int up_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) {
+    float a = u[0] < 2.0f / 3 ? u[0] * 1.5f : u[0] * 3 - 2;
+    (void)user; (void)x;
+    *wi = pti_sample_sphere(a, u[1]);
+    if ((wi->y > 0) != (u[0] < 2.0f / 3)) wi->y = -wi->y;
+    return 1;
+}
+static void phases_fit_their_densities(void) {
+    static const phase_case cases[] = {
+        { "isotropic",    { .g = 0 }, 2, 0, 1 },
+        { "HG 0.5",       { .g = 0.5f }, 2, 0, 1 },
+        { "HG -0.7",      { .g = -0.7f }, 2, 0, 1 },
+        { "HG 0.95",      { .g = 0.95f }, 2, 0, 1 },
+        { "HG 0.99",      { .g = 0.99f }, 0.01, 0, 1 },
+        { "HG -0.99",     { .g = -0.99f }, 0.01, 0, -1 },
+        { "Rayleigh",     { .phase = PT_PHASE_RAYLEIGH }, 2, 0, 1 },
+        { "two lobes",    { .phase = PT_PHASE_TWO_LOBES, .g = 0.8f, .g2 = -0.4f, .mix = 0.3f }, 2, 0, 1 },
+        { "Draine",       { .phase = PT_PHASE_DRAINE, .g = 0.6f, .alpha = 28 }, 2, 0, 1 },
+        { "Draine back",  { .phase = PT_PHASE_DRAINE, .g = -0.3f, .alpha = 1000 }, 2, 0, 1 },
+        { "Draine 0.002", { .phase = PT_PHASE_DRAINE, .g = 0.002f, .alpha = 10 }, 2, 0, 1 },
+        { "Draine 1e-4",  { .phase = PT_PHASE_DRAINE, .g = 1e-4f, .alpha = 10 }, 2, 0, 1 },
+        { "droplets 5",   { .phase = PT_PHASE_DROPLETS, .droplet_um = 5 }, 2, 0, 1 },
+        { "droplets 20",  { .phase = PT_PHASE_DROPLETS }, 0.002, 0, 1 },
+        { "droplets 50",  { .phase = PT_PHASE_DROPLETS, .droplet_um = 50 }, 2, 1, 0 },
+        { "user's",       { .phase = PT_PHASE_USER, .phase_pdf = up_pdf, .phase_sample = up_sample }, 2, 0, 1 },
+    };
+    size_t i;
+    for (i = 0; i < sizeof cases / sizeof *cases; i++) {
+        phase_ctx c;
+        chi2_directions_desc d;
+        test_case("%s", cases[i].name);
+        memset(&c.x, 0, sizeof c.x);
+        c.x.wo = pti_normalize(i % 2 ? pt_v3(0.3f, -0.5f, 0.8f) : pt_v3(0, 0, -1));
+        pti_phase_init(&c.phase, &cases[i].d);
+        memset(&d, 0, sizeof d);
+        d.sample = sample_phase; d.pdf = pdf_phase; d.ctx = &c;
+        d.seed = i;
+        if (cases[i].zoom < 2 || cases[i].ax == 0) {         /* about the way on, or about the way back */
+            d.ax = -cases[i].az * (double)c.x.wo.x; d.ay = -cases[i].az * (double)c.x.wo.y; d.az = -cases[i].az * (double)c.x.wo.z;
+        } else d.ax = 1;
+        d.zoom = cases[i].zoom < 2 ? cases[i].zoom : 0;
+        d.partial = cases[i].zoom < 2;
+        chi2_directions(&d);
+    }
+}
+/* Means of the cosine: g for HG; for Draine g (1 + alpha (3 + 2 g^2) / 5) / (1 + alpha (1 + 2 g^2) / 3). */
+static void mean_cosines(void) {
+    static const float g[] = { 0, 0.3f, -0.6f, 0.9f, 0.99f, 0.62f }, alpha[] = { 0, 0, 0, 0, 0, 28 };
+    int i, k;
+    for (i = 0; i < 6; i++) {
+        stats_moments m = { 0, 0, 0 };
+        double a = alpha[i], h = g[i], want = h * (1 + a * (3 + 2 * h * h) / 5) / (1 + a * (1 + 2 * h * h) / 3);
+        for (k = 0; k < 100000; k++)
+            stats_push(&m, (h < 0 ? -1 : 1) * (1 - (double)pti_sample_draine(fabsf(g[i]), alpha[i], ((float)k + 0.5f) / 100000)));
+        test_case("g %g, alpha %g", h, a);
+        CHECK_NEAR(m.mean, want, 2e-4);
+    }
+}
+
+/* ---- flights against closed forms ---- */
+
+/* What flights along a ray do, by internal calls: how many pass, where hits are, and the mean of ratio tracking. */
+typedef struct flown { double n, passed, hits[4], sum_t; stats_moments T; } flown;
+static float fly_time;
+static void fly(const pt_scene *s, pt_vec3 org, pt_vec3 dir, float tmax, int n, flown *out) {
+    pti_sampler sampler;
+    pti_flight f;
+    int i, exceeded = 0;
+    memset(out, 0, sizeof *out);
+    memset(&f, 0, sizeof f);
+    memset(&sampler, 0, sizeof sampler);
+    sampler.kind = PT_SAMPLER_RANDOM;
+    sampler.pixel_seed = 77;
+    f.volumes = &s->volumes; f.trace = pti_trace_for(s->isa);
+    f.org = org; f.dir = pti_normalize(dir);
+    f.group = PTI_GROUP_FLIGHT;
+    f.time = fly_time;
+    for (i = 0; i < n; i++) {
+        const pti_volume *hit;
+        float t = tmax;
+        pti_sampler_start(&sampler, (uint32_t)i);
+        f.sampler = &sampler; f.seed = 5; f.index = (uint32_t)i;
+        hit = pti_flight_hit(&f, &t, &exceeded);
+        out->n++;
+        if (!hit) { out->passed++; CHECK(t == tmax); }
+        else { CHECK(t >= 0 && t < tmax); out->hits[hit - s->volumes.all < 4 ? hit - s->volumes.all : 3]++; out->sum_t += (double)t; }
+        if (i % 16) continue;
+        f.sampler = NULL; f.seed = 6;
+        stats_push(&out->T, (double)pti_flight_transmittance(&f, tmax).y);
+    }
+    CHECK(!exceeded);
+}
+static void check_flown(const flown *f, double T) {
+    CHECK_P(stats_count_test(f->passed, f->n, T));
+    CHECK_P(stats_t_test(&f->T, T) > 0 || fabs(f->T.mean - T) < 2e-6 ? (stats_variance(&f->T) < 1e-12 ? 1.0 : stats_t_test(&f->T, T)) : 0.0);
+}
+static float ramp(void *user, pt_vec3 p) { (void)user; return p.x; }
+static float ramp_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; return pti_min(hi.x, 1.01f); }
+static float bumps(void *user, pt_vec3 p) {                          /* sin^2 of 2 pi x, where that is above 0.3 */
+    float s, c;
+    (void)user;
+    pti_sincos(2 * PTI_PI * p.x, &s, &c);
+    return s * s > 0.3f ? s * s : 0;
+}
+static double bumps_tau(void) {
+    double sum = 0;
+    int i;
+    for (i = 0; i < 1000000; i++) { double s = sin(2 * STATS_PI * (i + 0.5) / 1e6); sum += s * s > 0.3 ? s * s : 0; }
+    return sum / 1e6;
+}
+/* The unit box, once through along x, for each way to track. */
+static void transmittance_of_a_box(void) {
+    static float grid[16 * 3 * 2], blocks[40];
+    int k, i, x;
+    for (i = 0; i < 6; i++) for (x = 0; x < 16; x++) grid[i * 16 + x] = ((float)x + 0.5f) / 16;
+    for (x = 0; x < 40; x++) blocks[x] = x % 20 < 10 ? 0.0f : x < 20 ? 1.0f : 2.0f;
+    for (k = 0; k < 7; k++) {
+        static const char *names[] = { "constant", "grid", "voxels", "function", "function with bounds", "bumps", "blocks" };
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(0.5f, 1.5f);
+        double tau = 2;
+        flown f;
+        test_case("%s", names[k]);
+        if (k == 1 || k == 2) { d.grid = grid; d.nx = 16; d.ny = 3; d.nz = 2; d.nearest = k == 2; tau = 1; }
+        if (k == 3 || k == 4) { d.density = ramp; d.density_max = k == 3 ? 2.5f : 1.1f; d.density_bound = k == 4 ? ramp_bound : NULL; tau = 1; }
+        if (k == 5) { d.density = bumps; d.density_max = 1; tau = 2 * bumps_tau(); }
+        if (k == 6) { d.grid = blocks; d.nx = 40; d.ny = d.nz = 1; d.nearest = 1; tau = 2 * 0.75; }
+        fill_box(s, 0, 1, &d);
+        if (!commit(s)) return;
+        fly(s, pt_v3(-1, 0.3f, 0.6f), pt_v3(1, 0, 0), 100, 400000, &f);
+        check_flown(&f, exp(-tau));
+        fly(s, pt_v3(2, 0.3f, 0.6f), pt_v3(-1, 0, 0), 100, 100000, &f);
+        check_flown(&f, exp(-tau));
+        if (k != 1) { pt_scene_destroy(s); continue; }
+        fly(s, pt_v3(0.25f, 0.3f, 0.6f), pt_v3(1, 0, 0), 0.5f, 400000, &f);      /* from inside, to a surface inside */
+        check_flown(&f, exp(-2 * (0.75 * 0.75 - 0.25 * 0.25) / 2));
+        fly(s, pt_v3(-0.5f, -0.25f, 0.4f), pt_v3(3, 1, 0), 100, 400000, &f);     /* y is above 0 for x > 0.25 */
+        check_flown(&f, exp(-2 * sqrt(10.0) / 3 * (1 - 0.25 * 0.25) / 2));
+        pt_scene_destroy(s);
+    }
+}
+/* Trilinear: the optical depth along any ray, by quadrature. */
+static void transmittance_of_a_grid(void) {
+    static float grid[20 * 17 * 9];
+    static const float rays[5][6] = { { -1, 0.2f, 0.3f, 1, 0.1f, 0.05f }, { 0.5f, -1, 0.5f, 0.01f, 1, 0.02f }, { 0.1f, 0.1f, 2, 0.2f, 0.3f, -1 },
+                                      { 2, 2, 2, -1, -1.05f, -0.95f }, { 0.5f, 0.5f, 0.5f, -0.3f, 0.2f, 0.9f } };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_medium_desc d = grey_medium(0.25f, 1.25f);
+    pt_rng rng;
+    int i, k;
+    pt_rng_seed(&rng, 3, 3);
+    for (i = 0; i < 20 * 17 * 9; i++) { float u = pt_rng_float(&rng); grid[i] = i / 340 % 4 == 1 || u < 0.5f ? 0 : u * u * 5; }
+    d.grid = grid; d.nx = 20; d.ny = 17; d.nz = 9;
+    fill_box(s, 0, 1, &d);
+    if (!commit(s)) return;
+    for (k = 0; k < 5; k++) {
+        pt_vec3 o = pt_v3(rays[k][0], rays[k][1], rays[k][2]), dir = pti_normalize(pt_v3(rays[k][3], rays[k][4], rays[k][5]));
+        double tau = 0;
+        flown f;
+        for (i = 0; i < 400000; i++) {
+            pt_vec3 p = pti_madd(dir, ((float)i + 0.5f) * (4.0f / 400000), o);
+            if (p.x >= 0 && p.x <= 1 && p.y >= 0 && p.y <= 1 && p.z >= 0 && p.z <= 1) tau += 1.5 * (double)pti_grid_density(s->media, p) * 4 / 400000;
+        }
+        test_case("ray %d, tau %g", k, tau);
+        CHECK(tau > 0.5);
+        fly(s, o, dir, 100, 400000, &f);
+        check_flown(&f, exp(-tau));
+    }
+    pt_scene_destroy(s);
+}
+/* No density is above its cell's majorant, where single voxels stand out; and most cells between them are empty. */
+static void majorants_hold(void) {
+    static float grid[40 * 33 * 17];
+    pt_scene *s = pt_scene_create(NULL);
+    pt_medium_desc d = grey_medium(0, 1);
+    pt_rng rng;
+    int i, k, empty = 0;
+    pt_rng_seed(&rng, 4, 4);
+    for (i = 0; i < 40 * 33 * 17; i += 97) grid[i] = i % 5 ? 0 : 1 + pt_rng_float(&rng);
+    d.grid = grid; d.nx = 40; d.ny = 33; d.nz = 17;
+    for (k = 0; k < 2; k++) {
+        d.nearest = k;
+        fill_box(s, 0, 1, &d);
+    }
+    if (!commit(s)) return;
+    for (i = 0; i < 400000; i++) {
+        pt_vec3 u = stats_uniform3(&rng);
+        const pti_volume *v = s->volumes.all + i % 2;
+        int c[3], j;
+        for (j = 0; j < 3; j++) c[j] = pti_voxel_index(pti_axis(u, j) * (float)v->cells[j], v->cells[j]);
+        if (!CHECK(pti_grid_density(v->medium, u) <= v->majorants[(c[2] * v->cells[1] + c[1]) * v->cells[0] + c[0]] * 1.000001f)) break;
+    }
+    for (i = 0; i < 5 * 5 * 3; i++) empty += s->volumes.all[0].majorants[i] <= 0;
+    CHECK(empty > 5);
+    pt_scene_destroy(s);
+}
+/* Bounds of all kinds: lengths inside by closed forms, from outside and from inside. */
+static double ring_length(double x, double r, double R) {           /* along z through a torus of tube r, in its plane, off by x */
+    double a = R + r > x ? sqrt((R + r) * (R + r) - x * x) : 0, b = R - r > x ? sqrt((R - r) * (R - r) - x * x) : 0;
+    return 2 * (a - b);
+}
+static void bounds_of_all_kinds(void) {
+    static const pt_xform turned = { { 0, 0, 2, 1,  0, 0.5f, 0, 0.2f,  -1, 0, 0, 3 } };
+    static const pt_xform start = { { 1, 0, 0, 9,  0, 1, 0, 0,  0, 0, 1, 0 } }, stop = { { 1, 0, 0, -9,  0, 1, 0, 0,  0, 0, 2, 0 } };
+    int k;
+    for (k = 0; k < 9; k++) {
+        pt_scene *s = pt_scene_create(NULL), *inner = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(0, 0.7f);
+        pt_medium m = pt_add_medium(s, &d);
+        pt_vec3 org = pt_v3(0.1f, 0.2f, -5), dir = pt_v3(0, 0, 1);
+        double length = 0, tolerance = 0;
+        flown f;
+        test_case("bounds %d", k);
+        if (k == 0) { pt_add_volume(s, pt_add_sphere(s, pt_v3(0.1f, 0.2f, 1), 1.5f, no_material), m); length = 3; }
+        if (k == 1) { pt_add_volume(s, pt_add_sphere(s, pt_v3(0.1f, 0.2f, 1), 1.5f, no_material), m); org.z = 1.5f; length = 1; }
+        if (k == 2) { pt_add_volume(s, pt_add_box(s, pt_v3(-1, -1, -1), pt_v3(1, 1, 1), &turned, no_material), m); length = 2; org = pt_v3(0, 0.3f, -5); }
+        if (k == 3 || k == 4) {                                     /* concave: in, out, in, out */
+            torus(s, pt_v3(0, 0, 0), 1, 0.4f, no_material);
+            pt_add_volume(s, pti_last_shape(s), m);
+            org = k == 3 ? pt_v3(0.3f, 0.001f, -5) : pt_v3(0.3f, 0.001f, -0.9f);
+            length = ring_length(0.3, 0.4, 1) / (k == 3 ? 1 : 2);
+            if (k == 4) length += sqrt(1.4 * 1.4 - 0.09) - 0.9 - length + (0.9 - sqrt(0.36 - 0.09)), length = sqrt(1.96 - 0.09) - sqrt(0.36 - 0.09) + 0.9 - sqrt(0.36 - 0.09);
+            tolerance = 0.02;                                       /* it is made of 24 x 12 flat pieces */
+        }
+        if (k == 5 || k == 6) {                                     /* an instance, and a volume in an instance */
+            pt_shape b = pt_add_box(inner, pt_v3(-1, -1, -1), pt_v3(1, 1, 1), NULL, no_material);
+            if (k == 6) pt_add_volume(inner, b, pt_add_medium(inner, &d));
+            commit(inner);
+            b = pt_add_instance(s, inner, &turned);
+            if (k == 5) pt_add_volume(s, b, m);
+            org = pt_v3(0, 0.3f, -5);
+            length = 2;
+        }
+        if (k == 7) { pt_add_volume(s, everywhere, m); length = 10; }
+        if (k == 8) {                                               /* in motion: half-way, it is there, and 1.5 as long */
+            pt_add_volume(inner, pt_add_sphere(inner, pt_v3(0.1f, 0.2f, 0), 1, no_material), pt_add_medium(inner, &d));
+            commit(inner);
+            pt_add_moving_instance(s, inner, &start, &stop);
+            length = 3;
+        }
+        fly_time = k == 8 ? 0.5f : 0;
+        if (!commit(s)) return;
+        fly(s, org, dir, k == 7 ? 10 : 100, 100000, &f);
+        if (tolerance > 0) CHECK_NEAR(-log(f.T.mean) / 0.7, length, tolerance);
+        else CHECK_NEAR(-log(f.T.mean) / 0.7, length, 1e-5);
+        if (tolerance > 0) CHECK_P(stats_count_test(f.passed, f.n, f.T.mean));
+        else CHECK_P(stats_count_test(f.passed, f.n, exp(-0.7 * length)));
+        CHECK(s->geometry.bvh.root == PTI_NONE);                    /* nothing is left of them to meet */
+        pt_scene_destroy(s);
+        pt_scene_destroy(inner);
+    }
+    fly_time = 0;
+}
+/* Two that overlap are their sum; each is hit in proportion to what it has. Then a hundred of them, by their tree. */
+static void overlapping_volumes_add_up(void) {
+    static const float ramp_grid[4] = { 0, 1, 2, 3 };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_medium_desc a = grey_medium(0.2f, 0.8f), b = grey_medium(0, 0.5f);
+    double t1, t2, tau = 0;
+    flown f;
+    int k;
+    b.grid = ramp_grid; b.nx = 4; b.ny = b.nz = 1; b.nearest = 1;
+    fill_box(s, 0, 1, &a);
+    fill_box(s, 0, 1, &b);
+    if (!commit(s)) return;
+    fly(s, pt_v3(-1, 0.5f, 0.5f), pt_v3(1, 0, 0), 100, 1000000, &f);
+    check_flown(&f, exp(-1 - 0.75));
+    for (t1 = t2 = 0, k = 0; k < 4; k++) {               /* expected hits of each, a quarter after the other */
+        double sum = 1 + 0.5 * k, part = exp(-tau) * (1 - exp(-sum / 4)) / sum;
+        t1 += part; t2 += part * 0.5 * k; tau += sum / 4;
+    }
+    CHECK_P(stats_count_test(f.hits[0], f.n, t1));
+    CHECK_P(stats_count_test(f.hits[1], f.n, t2));
+    pt_scene_destroy(s);
+    s = pt_scene_create(NULL);
+    a = grey_medium(0, 0.01f);
+    for (k = 0; k < 100; k++) fill_box(s, -0.01f * (float)(k + 1), 0.01f * (float)(k + 1), &a);
+    if (!commit(s)) return;
+    fly(s, pt_v3(-3, 0.001f, 0.002f), pt_v3(1, 0, 0), 100, 100000, &f);
+    check_flown(&f, exp(-0.01 * 0.02 * 5050));
+    fly(s, pt_v3(0, 0.001f, 0.002f), pt_v3(1, 0, 0), 0.5f, 100000, &f);
+    check_flown(&f, exp(-0.01 * (0.01 * 50 * 51 / 2 + 50 * 0.5)));
+    fly(s, pt_v3(3, 0.001f, 0.002f), pt_v3(1, 0, 0), 100, 100, &f);
+    CHECK(f.passed == f.n);
+    pt_scene_destroy(s);
+}
+/* The marches' own expectation: prod (1 - sigma step). At tau 1 in 10 steps that is 5.2 % too little, at 3, 43 %. */
+static void marches_are_as_biased_as_they_say(void) {
+    static const float tau[] = { 1, 3, 0.5f };
+    static const int steps[] = { 10, 10, 4 };
+    int k, way;
+    for (way = 0; way < 2; way++) for (k = 0; k < 3; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(0.3f * tau[k], 0.7f * tau[k]);
+        double want = pow(1 - (double)tau[k] / steps[k], steps[k]);
+        flown f;
+        test_case("march %d, tau %g in %d steps", way, (double)tau[k], steps[k]);
+        d.tracking = way ? PT_TRACK_MARCH_CDF : PT_TRACK_MARCH;
+        d.step = 1 / (float)steps[k] * 1.000001f;
+        fill_box(s, 0, 1, &d);
+        if (!commit(s)) return;
+        fly(s, pt_v3(-1, 0.5f, 0.5f), pt_v3(1, 0, 0), 100, 400000, &f);
+        CHECK_P(stats_count_test(f.passed, f.n, want));
+        CHECK_NEAR(f.T.mean, want, 1e-5);
+        if (k == 0) CHECK_NEAR(want / exp(-1.0) - 1, -0.052, 5e-4);
+        if (k == 1) CHECK_NEAR(want / exp(-3.0) - 1, -0.43, 5e-3);
+        pt_scene_destroy(s);
+    }
+}
+
+
+/* ---- furnaces, and what is known of scattering in depth ---- */
+
+/* A lossless box under a white sky is white, whatever scatters in it how; from outside, and from inside. */
+static void furnaces_are_white(void) {
+    static const float grid[8] = { 0, 3, 1, 0.2f, 2, 0, 0.5f, 1 };
+    static const char *names[] = { "isotropic", "forwards", "backwards", "Rayleigh", "droplets", "user's", "grid", "function",
+                                   "chromatic", "chromatic grid", "no red", "two", "march" };
+    int k, inside;
+    for (k = 0; k < 13; k++) for (inside = 0; inside < 2; inside++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(0, 2), e = grey_medium(0, 1);
+        pt_render_desc v = view(inside ? pt_v3(0.2f, 0.1f, 0.3f) : pt_v3(3, 2, 4), pt_v3(0, 0, 0), inside ? 120 : 20, 16, k >= 8 && k < 12 ? 128 : 16);
+        stats_moments m[3];
+        pt_stats stats;
+        static float rgb[16 * 16 * 3];
+        int i, c;
+        test_case("%s, %s", names[k], inside ? "inside" : "outside");
+        memset(m, 0, sizeof m);
+        v.max_depth = 100000;
+        if (k == 1) d.g = 0.9f;
+        if (k == 2) d.g = -0.6f;
+        if (k == 3) d.phase = PT_PHASE_RAYLEIGH;
+        if (k == 4) d.phase = PT_PHASE_DROPLETS;
+        if (k == 5) { d.phase = PT_PHASE_USER; d.phase_pdf = up_pdf; d.phase_sample = up_sample; }
+        if (k == 6 || k == 9 || k == 12) { d.grid = grid; d.nx = d.ny = d.nz = 2; }
+        if (k == 7) { d.density = bumps; d.density_max = 1; }
+        if (k >= 8 && k < 11) d.sigma_s = k < 10 ? pt_v3(0.5f, 1.5f, 3) : pt_v3(0, 1, 2);
+        if (k == 11) e.sigma_s = pt_v3(2, 0.5f, 1), d.density = bumps, d.density_max = 1, d.sigma_s = pt_v3(1, 2, 3);
+        if (k == 12) { d.tracking = PT_TRACK_MARCH; d.step = 0.05f; }
+        fill_box(s, -1, 1, &d);
+        if (k == 11) pt_add_volume(s, pt_add_sphere(s, pt_v3(0.5f, 0, 0), 1, no_material), pt_add_medium(s, &e));
+        sky(s, 1);
+        if (!commit(s) || !render(s, &v, rgb, &stats)) return;
+        for (i = 0; i < 256; i++) for (c = 0; c < 3; c++) stats_push(&m[c], rgb[3 * i + c]);
+        CHECK_EQ_INT(stats.discarded, 0);
+        CHECK(stats.rays > (uint64_t)(256 * v.spp * (inside ? 2 : 1.5)));      /* it did scatter */
+        for (c = 0; c < 3; c++) {
+            if (k >= 8 && k < 12) { CHECK_P(stats_t_test(&m[c], 1)); CHECK(stats_error(&m[c]) < 0.01); }
+            else CHECK(fabs(m[c].mean - 1) < 1e-5 && stats_variance(&m[c]) < 1e-8);       /* each path is white */
+        }
+        pt_scene_destroy(s);
+    }
+}
+/* A half space of isotropic scatterers under a white sky: seen at the cosine mu, its radiance is the plane albedo
+       1 - sqrt(1 - a) H(mu),    H(mu) = 1 + a / 2 mu H(mu) integral of H(x) / (mu + x) over [0,1],
+   a the albedo of one scattering (Chandrasekhar 1950). The equation in the better conditioned form
+       1 / H(mu) = sqrt(1 - a) + a / 2 integral of x H(x) / (mu + x). */
+static double chandrasekhar_h(double a, double mu) {
+    enum { N = 400 };
+    double h[N], x[N], sum = 0, next;
+    int i, j, k;
+    for (i = 0; i < N; i++) { h[i] = 1; x[i] = (i + 0.5) / N; }
+    for (k = 0; k < 200; k++)
+        for (i = 0; i < N; i++) {
+            for (next = 0, j = 0; j < N; j++) next += x[j] * h[j] / (x[i] + x[j]) / N;
+            next = 1 / (sqrt(1 - a) + a / 2 * next);
+            h[i] = 0.5 * (h[i] + next);
+        }
+    for (j = 0; j < N; j++) sum += x[j] * h[j] / (mu + x[j]) / N;
+    return 1 / (sqrt(1 - a) + a / 2 * sum);
+}
+static void half_space_albedo(void) {
+    static const float albedo[] = { 0.5f, 0.9f, 0.99f }, mu[] = { 1, 0.4f };
+    int i, k;
+    for (i = 0; i < 3; i++) for (k = 0; k < 2; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(1 - albedo[i], albedo[i]);
+        float sine = sqrtf(1 - mu[k] * mu[k]);
+        pt_render_desc v = view(pt_v3(sine * 1000, mu[k] * 1000, 0), pt_v3(0, 0, 0), 0.01f, 64, i < 1 ? 160 : i < 2 ? 80 : 16);
+        double want = 1 - sqrt(1 - (double)albedo[i]) * chandrasekhar_h((double)albedo[i], (double)mu[k]);
+        stats_moments m;
+        v.max_depth = 1000000;
+        v.camera.up = pt_v3(0, 0, 1);
+        v.seed = (uint64_t)i;
+        pt_add_volume(s, pt_add_box(s, pt_v3(-10000, -10000, -10000), pt_v3(10000, 0, 10000), NULL, no_material), pt_add_medium(s, &d));
+        sky(s, 1);
+        if (!commit(s)) return;
+        m = render_pixels(s, &v);
+        test_case("albedo %g at %g: %g, should be %g", (double)albedo[i], (double)mu[k], m.mean, want);
+        CHECK_P(stats_t_test(&m, want));
+        CHECK_NEAR(m.mean, want, 0.005 * want);
+        CHECK(stats_error(&m) < 0.002 * want);
+        pt_scene_destroy(s);
+    }
+}
+/* Absorption alone makes no noise: a white sky through coloured glass, a slab of smoke, and lamps behind. */
+static void absorption_is_exact(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_medium_desc d = grey_medium(0, 0);
+    static float rgb[8 * 8 * 3];
+    pt_render_desc v = view(pt_v3(0, 0, 50), pt_v3(0, 0, 0), 0.01f, 8, 4);
+    int i;
+    d.sigma_a = pt_v3(0.1f, 1, 2);
+    fill_box(s, -1, 1, &d);
+    sky(s, 2);
+    if (!commit(s) || !render(s, &v, rgb, NULL)) return;
+    for (i = 0; i < 64; i++) {
+        CHECK_NEAR(rgb[3 * i], 2 * exp(-0.2), 1e-5); CHECK_NEAR(rgb[3 * i + 1], 2 * exp(-2.0), 1e-5); CHECK_NEAR(rgb[3 * i + 2], 2 * exp(-4.0), 1e-5);
+    }
+    pt_scene_destroy(s);
+}
+/* A glowing slab of depth l: epsilon (1 - exp(-sigma l)) / sigma; without sigma, epsilon l. As a grid and with a function. */
+static float halves(void *user, pt_vec3 p) { (void)user; return p.z > 0 ? 1.0f : 0.5f; }
+static pt_vec3 red_above(void *user, pt_vec3 p) { (void)user; return p.z > 0 ? pt_v3(1, 0, 0) : pt_v3(0, 2, 0); }
+static void glow_of_a_slab(void) {
+    static const float grid[2] = { 0.5f, 1 };
+    static float cells[32];                              /* nothing, then 0.1, then 1: in majorants of their own */
+    int k;
+    for (k = 8; k < 32; k++) cells[k] = k < 24 ? 0.1f : 1;
+    for (k = 0; k < 8; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(0.5f, k == 1 ? 0.3f : 0);
+        pt_render_desc v = view(pt_v3(0, 0, 50), pt_v3(0, 0, 0), 0.01f, 32, k == 1 ? 1 : 256);
+        stats_moments m[3];
+        static float rgb[32 * 32 * 3];
+        double want[3], sigma;
+        int i, c;
+        test_case("slab %d", k);
+        memset(m, 0, sizeof m);
+        v.max_depth = k == 1 ? 1 : 0;
+        d.emission = pt_v3(3, 2, 1);
+        if (k == 2) { d.grid = grid; d.nx = d.ny = 1; d.nz = 2; d.nearest = 1; }
+        if (k == 3) { d.density = halves; d.density_max = 1; }
+        if (k == 4) d.sigma_a = pt_v3(0, 0, 0);
+        if (k == 5) d.sigma_a = pt_v3(0.1f, 1, 4);
+        if (k == 6) d.glow = red_above;
+        if (k == 7) { d.grid = cells; d.nx = d.ny = 1; d.nz = 32; d.nearest = 1; }
+        fill_box(s, -1, 1, &d);
+        if (!commit(s) || !render(s, &v, rgb, NULL)) return;
+        for (i = 0; i < 1024; i++) for (c = 0; c < 3; c++) stats_push(&m[c], rgb[3 * i + c]);
+        for (c = 0; c < 3; c++) {
+            sigma = 0.5 + (k == 1 ? 0.3 : 0);
+            if (k == 5) sigma = c == 0 ? 0.1 : c == 1 ? 1 : 4;
+            want[c] = (3 - c) * (k == 4 ? 2 : (1 - exp(-2 * sigma)) / sigma);
+            if (k == 2 || k == 3) want[c] = (3 - c) * ((1 - exp(-0.5)) + exp(-0.5) * (1 - exp(-0.25))) / 0.5;
+            if (k == 7) want[c] = (3 - c) * ((1 - exp(-0.25)) + exp(-0.25) * (1 - exp(-0.05))) / 0.5;
+            if (k == 6) want[c] = c == 0 ? 3 * (1 - exp(-0.5)) / 0.5 : c == 1 ? 4 * exp(-0.5) * (1 - exp(-0.5)) / 0.5 : 0;
+        }
+        if (k == 1) { CHECK(m[0].mean > want[0]); pt_scene_destroy(s); continue; }       /* and what glow is scattered here */
+        for (c = 0; c < 3; c++) if (want[c] > 0) { CHECK_P(stats_t_test(&m[c], want[c])); CHECK(stats_error(&m[c]) < 0.005 * want[c]); } else CHECK(m[c].mean == 0);
+        pt_scene_destroy(s);
+    }
+}
+
+/* ---- agreement of naive, mixture, NEE and NEE to all ---- */
+
+static const struct { const char *name; pt_integrator integrator; pt_weights weights; } ways[] = {
+    { "naive",   PT_INTEGRATOR_MIXTURE, { 1, 0, 0 } },
+    { "mixture", PT_INTEGRATOR_MIXTURE, { 0, 0, 0 } },
+    { "nee",     PT_INTEGRATOR_NEE,     { 0, 0, 0 } },
+    { "nee all", PT_INTEGRATOR_NEE_ALL, { 0, 0, 0 } },
+};
+static void ways_agree(const char *name, scene_builder *build, int naive_spp) {
+    stats_moments reference[BLOCKS], m[BLOCKS];
+    int k;
+    memset(reference, 0, sizeof reference);
+    for (k = 0; k < 4; k++) {
+        pt_scene *s = pt_scene_create(NULL), *inner;
+        pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 0), 40, 8, k ? 32 : naive_spp);
+        char what[100];
+        inner = build(s, &d);
+        d.weights = ways[k].weights;
+        d.integrator = ways[k].integrator;
+        memset(m, 0, sizeof m);
+        if (!commit(s)) return;
+        push_blocks(k ? m : reference, s, &d, k ? 24 : 32, (uint64_t)(1000 * (k + 2)));
+        snprintf(what, sizeof what, "%s, naive and %s", name, ways[k].name);
+        if (k) compare_blocks(what, m, reference);
+        pt_scene_destroy(s);
+        pt_scene_destroy(inner);
+    }
+}
+static pt_scene *lamp_in_fog(pt_scene *s, pt_render_desc *d) {
+    pt_medium_desc m = grey_medium(0.05f, 0.25f);
+    m.g = 0.5f;
+    floor_of(s, 5, diffuse(s, 0.5f));
+    pt_add_sphere(s, pt_v3(0, 1, 0), 0.5f, lamp(s, 5, 0));
+    pt_add_volume(s, everywhere, pt_add_medium(s, &m));
+    d->camera.eye = pt_v3(0, 1.5f, 4); d->camera.target = pt_v3(0, 0.7f, 0);
+    return NULL;
+}
+static pt_scene *juice_in_glass(pt_scene *s, pt_render_desc *d) {
+    pt_medium_desc m = grey_medium(0, 1);
+    m.sigma_a = pt_v3(0.1f, 1, 3);
+    floor_of(s, 5, diffuse(s, 0.5f));
+    pt_add_box(s, pt_v3(-0.6f, 0.01f, -0.6f), pt_v3(0.6f, 1.4f, 0.6f), NULL,
+               pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_DIELECTRIC, .ior = 1.33f, .inside = pt_add_medium(s, &m) }));
+    quad(s, -1.5f, 2.5f, -1.5f, 3, 0, 0, 0, 0, 3, lamp(s, 3, 0));
+    sky(s, 0.3f);
+    d->camera.eye = pt_v3(0, 1.5f, 4); d->camera.target = pt_v3(0, 0.6f, 0);
+    return NULL;
+}
+static pt_scene *mesh_in_two_media(pt_scene *s, pt_render_desc *d) {
+    pt_medium_desc a = grey_medium(0.1f, 0.6f), b = grey_medium(0, 0);
+    b.sigma_s = pt_v3(0.9f, 0.5f, 0.2f); b.sigma_a = pt_v3(0, 0.3f, 0.1f);
+    b.g = -0.4f;
+    floor_of(s, 5, diffuse(s, 0.5f));
+    torus(s, pt_v3(0, 0.7f, 0), 0.8f, 0.3f, colored(s, 0.8f, 0.5f, 0.3f));
+    pt_add_volume(s, pt_add_box(s, pt_v3(-1, 0.2f, -1), pt_v3(0.5f, 1.2f, 1), NULL, no_material), pt_add_medium(s, &a));
+    pt_add_volume(s, pt_add_sphere(s, pt_v3(0.3f, 0.5f, 0.4f), 0.9f, no_material), pt_add_medium(s, &b));
+    quad(s, -1, 2, -1, 2, 0, 0, 0, 0, 2, lamp(s, 2, 1));
+    sunny(s, 0.3f, 0);
+    d->camera.eye = pt_v3(0, 1.5f, 4); d->camera.target = pt_v3(0, 0.6f, 0);
+    return NULL;
+}
+static pt_scene *chromatic_smoke(pt_scene *s, pt_render_desc *d) {
+    static float grid[24 * 24 * 24];
+    pt_medium_desc m = grey_medium(0, 0);
+    int x, y, z;
+    for (z = 0; z < 24; z++) for (y = 0; y < 24; y++) for (x = 0; x < 24; x++) {
+        float a = (float)x - 11.5f, b = (float)y - 11.5f, c = (float)z - 11.5f, r = sqrtf(a * a + b * b + c * c) / 12;
+        grid[(z * 24 + y) * 24 + x] = r < 0.9f && (x / 4 + y / 5 + z / 3) % 3 ? (1 - r) * 2 : 0;
+    }
+    m.sigma_s = pt_v3(4, 2, 1); m.sigma_a = pt_v3(0.2f, 0.1f, 1);
+    m.g = 0.3f;
+    m.grid = grid; m.nx = m.ny = m.nz = 24;
+    floor_of(s, 5, diffuse(s, 0.5f));
+    pt_add_volume(s, pt_add_box(s, pt_v3(-1, 0.1f, -1), pt_v3(1, 2, 1), NULL, no_material), pt_add_medium(s, &m));
+    quad(s, 1.5f, 0.2f, -1, 0, 0, 2, 0, 1.5f, 0, lamp(s, 3, 1));
+    sunny(s, 0.5f, 0);
+    d->camera.eye = pt_v3(0, 1.5f, 4.5f); d->camera.target = pt_v3(0, 0.8f, 0);
+    return NULL;
+}
+static pt_scene *inside_a_cloud(pt_scene *s, pt_render_desc *d) {
+    pt_medium_desc m = grey_medium(0.02f, 1);
+    m.density = bumps; m.density_max = 1;
+    m.g = 0.6f;
+    pt_add_volume(s, pt_add_sphere(s, pt_v3(0, 0, 0), 2, no_material), pt_add_medium(s, &m));
+    pt_add_sphere(s, pt_v3(0.5f, 0, 0), 0.4f, diffuse(s, 0.7f));
+    sunny(s, 1, 1);
+    d->camera.eye = pt_v3(0, 0.2f, 1.5f); d->camera.target = pt_v3(0, 0, 0); d->camera.vfov_deg = 70;
+    return NULL;
+}
+/* A ring, a placed ball in motion, a turned box of fire; a lamp inside of one, users' densities everywhere. */
+static pt_scene *many_bounds(pt_scene *s, pt_render_desc *d) {
+    static const float fire[3 * 4 * 3] = { 0, 1, 0, 2, 3, 1, 1, 2, 1, 0, 1, 0,  0, 2, 0, 3, 4, 2, 2, 2, 1, 0, 0, 0,  0, 0, 0, 1, 1, 1, 0, 1, 0, 0, 0, 0 };
+    static const pt_xform from = { { 1, 0, 0, -1,  0, 1, 0, 0.8f,  0, 0, 1, 0.5f } }, to = { { 1, 0, 0, -1,  0, 1.5f, 0, 1,  0, 0, 1, 0.5f } };
+    static const pt_xform turned = { { 0.7f, -0.7f, 0, 1,  0.7f, 0.7f, 0, 0.6f,  0, 0, 1, 0 } };
+    pt_scene *inner = pt_scene_create(NULL);
+    pt_medium_desc a = grey_medium(0.2f, 2), b = grey_medium(0.5f, 0.5f), c = grey_medium(0.4f, 0.1f);
+    b.sigma_s.z = 2; b.phase = PT_PHASE_DROPLETS;
+    c.emission = pt_v3(0.6f, 0.3f, 0.1f); c.grid = fire; c.nx = 3; c.ny = 4; c.nz = 3;
+    pt_add_volume(inner, pt_add_sphere(inner, pt_v3(0, 0, 0), 0.5f, no_material), pt_add_medium(inner, &b));
+    commit(inner);
+    pt_add_moving_instance(s, inner, &from, &to);
+    torus(s, pt_v3(0, 0.5f, 0), 0.8f, 0.3f, no_material);
+    pt_add_volume(s, pti_last_shape(s), pt_add_medium(s, &a));
+    pt_add_volume(s, pt_add_box(s, pt_v3(-0.4f, -0.4f, -0.4f), pt_v3(0.4f, 0.4f, 0.4f), &turned, no_material), pt_add_medium(s, &c));
+    floor_of(s, 5, diffuse(s, 0.5f));
+    pt_add_sphere(s, pt_v3(0.8f, 0.5f, 0), 0.2f, lamp(s, 3, 0));
+    quad(s, -1, 2, -1, 2, 0, 0, 0, 0, 2, lamp(s, 2, 1));
+    add_sphere(s, 0.1f);
+    d->camera.eye = pt_v3(0, 2, 3.5f); d->camera.target = pt_v3(0, 0.4f, 0);
+    d->camera.shutter_close = 1;
+    return inner;
+}
+#define AGREES(name, build, spp) static void name(void) { ways_agree(#build, build, spp); }
+AGREES(agrees_on_a_lamp_in_fog, lamp_in_fog, 192)
+AGREES(agrees_on_juice, juice_in_glass, 128)
+AGREES(agrees_on_a_mesh_in_two_media, mesh_in_two_media, 96)
+AGREES(agrees_on_smoke, chromatic_smoke, 96)
+AGREES(agrees_inside_a_cloud, inside_a_cloud, 96)
+AGREES(agrees_on_many_bounds, many_bounds, 128)
+
+/* ---- rendering: bits, limits, warnings ---- */
+
+/* The same bits for any tile, number of threads and instruction set. */
+static void bits_are_the_same(void) {
+    static float a[24 * 24 * 3], b[24 * 24 * 3];
+    static const char *isas[] = { "scalar", "sse2", "avx2", "neon" };
+    scene_builder *builders[] = { many_bounds, chromatic_smoke, mesh_in_two_media };
+    int k, i;
+    for (k = 0; k < 3; k++) {
+        pt_scene *s = pt_scene_create(NULL), *inner;
+        pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 0), 40, 24, 4);
+        inner = builders[k](s, &d);
+        if (!commit(s) || !render(s, &d, a, NULL)) return;
+        d.tile = 5; d.threads = 3;
+        if (render(s, &d, b, NULL)) CHECK(!memcmp(a, b, sizeof a));
+        for (i = 0; i < 4; i++) {
+            if (!pti_isa_supported(pti_isa_by_name(isas[i]))) continue;
+            d.isa = isas[i];
+            if (render(s, &d, b, NULL)) CHECK(!memcmp(a, b, sizeof a));
+        }
+        pt_scene_destroy(s);
+        pt_scene_destroy(inner);
+    }
+}
+/* A limit of one diffuse event is single scattering. */
+static void limits_count_scattering(void) {
+    static float one[16 * 16 * 3], deep[16 * 16 * 3], diffuse_one[16 * 16 * 3];
+    pt_scene *s = pt_scene_create(NULL);
+    pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 0), 40, 16, 32);
+    double sum[3] = { 0, 0, 0 };
+    int i;
+    mesh_in_two_media(s, &d);
+    if (!commit(s)) return;
+    d.weights.bsdf = d.weights.lights = d.weights.environment = 1;
+    render(s, &d, deep, NULL);
+    d.max_depth = 1;
+    render(s, &d, one, NULL);
+    d.max_depth = 0; d.max_diffuse = 1;
+    render(s, &d, diffuse_one, NULL);
+    for (i = 0; i < 768; i++) { sum[0] += (double)deep[i]; sum[1] += (double)one[i]; sum[2] += (double)diffuse_one[i]; }
+    CHECK_NEAR(sum[1], sum[2], 0.01 * sum[1]);
+    CHECK(sum[0] > 1.1 * sum[1]);
+    pt_scene_destroy(s);
+}
+/* A function above its maximum is noticed: counted, discarded, said once. */
+typedef struct heard { int times; char text[300]; } heard;
+static void hear(void *user, pt_result code, const char *message) {
+    heard *h = (heard *)user;
+    (void)code;
+    h->times++;
+    snprintf(h->text, sizeof h->text, "%s", message);
+}
+static float nan_density(void *user, pt_vec3 p) { (void)user; return p.x > 0.5f ? NAN : 0.5f; }
+static void too_dense_functions_are_noticed(void) {
+    int k;
+    for (k = 0; k < 3; k++) {
+        heard h = { 0, "" };
+        pt_scene *s = pt_scene_create(&(pt_scene_desc){ .logger = { hear, &h } });
+        pt_medium_desc d = grey_medium(0.5f, 2);
+        pt_render_desc v = view(pt_v3(3, 2, 4), pt_v3(0.5f, 0.5f, 0.5f), 20, 16, 4);
+        pt_stats stats;
+        static float rgb[16 * 16 * 3];
+        d.density = k == 2 ? nan_density : ramp;
+        d.density_max = k == 1 ? 1 : 0.8f;
+        fill_box(s, 0, 1, &d);
+        sky(s, 1);
+        if (!commit(s) || !render(s, &v, rgb, &stats)) return;
+        CHECK((stats.exceeded > 0) == (k != 1));
+        CHECK(stats.discarded == stats.exceeded && stats.exceeded < 16 * 16 * 4);
+        CHECK_EQ_INT(h.times, k != 1);
+        CHECK(k == 1 || strstr(h.text, "density_max"));
+        pt_scene_destroy(s);
+    }
+}
+/* What is refused, and in which words. */
+static float low_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; (void)hi; return 3; }
+static void bad_input_is_refused(void) {
+    static const float grid[2] = { 1, -1 }, fine_grid[2] = { 1, 1 };
+    static const char *words[] = { "sigma_a", "sigma_s", "emission", "g must", "g2 must", "mix must", "alpha must", "droplet_um",
+        "phase is no", "phase_pdf", "only one", "density_max", "density_bound without", "nx must", "voxel (1, 0, 0)", "tracking is no",
+        "step above 0", "needs bounds", "no medium", "medium 7", "shape, 9", "inside", "at most density_max", "NULL", "g must", "needs bounds" };
+    int k;
+    for (k = 0; k < (int)(sizeof words / sizeof *words); k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(1, 1);
+        pt_medium m;
+        pt_shape box = pt_add_box(s, pt_v3(0, 0, 0), pt_v3(1, 1, 1), NULL, no_material);
+        test_case("case %d, %s", k, words[k]);
+        if (k == 0) d.sigma_a.y = -1;
+        if (k == 1) d.sigma_s.z = NAN;
+        if (k == 2) d.emission.x = HUGE_VALF;
+        if (k == 3) d.g = 1;
+        if (k == 4) d.g2 = -1;
+        if (k == 5) d.mix = 2;
+        if (k == 6) d.alpha = -1;
+        if (k == 7) d.droplet_um = 3;
+        if (k == 8) d.phase = (pt_phase)17;
+        if (k == 9) d.phase = PT_PHASE_USER;
+        if (k == 10) { d.grid = fine_grid; d.density = ramp; }
+        if (k == 11) d.density = ramp;
+        if (k == 12) d.density_bound = ramp_bound;
+        if (k == 13) d.grid = fine_grid;
+        if (k == 14) { d.grid = grid; d.nx = 2; d.ny = d.nz = 1; }
+        if (k == 15) d.tracking = (pt_tracking)3;
+        if (k == 16 || k == 25) d.tracking = PT_TRACK_MARCH;
+        if (k == 25) d.step = 1;
+        if (k == 17) { d.grid = fine_grid; d.nx = 2; d.ny = d.nz = 1; }
+        if (k == 22) { d.density = ramp; d.density_max = 1; d.density_bound = low_bound; }
+        if (k == 24) d.g = NAN;
+        m = pt_add_medium(s, k == 23 ? NULL : &d);
+        if (k == 17 || k == 25) pt_add_volume(s, everywhere, m);
+        if (k == 18) m.id = 0;
+        if (k == 19) m.id = 7;
+        if (k == 20) box.id = 9;
+        if (k == 21) pt_add_material(s, &(pt_material_desc){ .inside = { 5 } });
+        if (k >= 18) pt_add_volume(s, box, m);
+        CHECK_EQ_INT(pt_scene_commit(s), PT_ERR_ARG);
+        if (!strstr(pt_scene_error(s), words[k]) && k != 20) FAIL("it says: %s", pt_scene_error(s));
+        CHECK(k != 20 || strstr(pt_scene_error(s), "bounds"));
+        pt_scene_destroy(s);
+    }
+}
+/* The n-th allocation fails, for every n: nothing leaks, and nothing is read that is not there. */
+typedef struct miser { int left; size_t live; } miser;
+static void *miser_alloc(void *user, size_t size, size_t align) {
+    miser *m = (miser *)user;
+    void *p;
+    if (m->left-- <= 0) return NULL;
+    p = pti_default_alloc(NULL, size, align);
+    if (p) m->live += size;
+    return p;
+}
+static void miser_free(void *user, void *p, size_t size) { ((miser *)user)->live -= size; pti_default_free(NULL, p, size); }
+static void memory_runs_out(void) {
+    int n, done = 0;
+    for (n = 0; n < 400 && !done; n++) {
+        miser m = { n, 0 };
+        pt_scene *s = pt_scene_create(&(pt_scene_desc){ .allocator = { miser_alloc, miser_free, &m } });
+        pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 0), 40, 8, 1);
+        pt_scene *inner = s ? many_bounds(s, &d) : NULL;
+        if (s) chromatic_smoke(s, &d);
+        done = s && pt_scene_commit(s) == PT_OK;
+        if (s && !done) CHECK_EQ_INT(pt_scene_commit(s), PT_ERR_MEMORY);
+        pt_scene_destroy(s);
+        pt_scene_destroy(inner);
+        CHECK(m.live == 0);
+    }
+    CHECK(done && n > 20);
+}
+
+/* Weights make up for how distances were drawn: the mean of weight x g(t), over hits of volume k, is the integral of
+   g sigma_s,k,i T_i, and over those that pass, T_i: for grey and for chromatic media of all kinds, with and without lamps to
+   aim at, whatever q is. Volumes: a box of [-1,1]^3, a ball of radius 1.2, everywhere; the ray goes along x from -2 to 3. */
+typedef struct weigh_case { const char *name; int chromatic, kind, aims; pt_vec3 q; } weigh_case;
+static double weigh_density(const weigh_case *c, int volume, double x) {
+    if (volume == 0) return fabs(x) < 1 ? (c->kind == 1 ? (x < 0 ? 0.5 : 1) : c->kind == 2 ? (x > 0.1 ? x : 0.2) : 1) : 0;
+    return volume == 1 ? fabs(x) < 1.2 : 1;
+}
+static float weigh_function(void *user, pt_vec3 p) { (void)user; return p.x > 0.1f ? p.x : 0.2f; }
+static void weights_make_up_for_sampling(void) {
+    static const weigh_case cases[] = {
+        { "grey", 0, 0, 0, { 1, 0, 0 } }, { "grey, aimed", 0, 0, 2, { 1, 0, 0 } }, { "chromatic", 1, 0, 0, { 0.2f, 0.5f, 0.3f } },
+        { "chromatic, aimed", 1, 0, 1, { 0.1f, 0.2f, 0.7f } }, { "grid", 1, 1, 0, { 0.4f, 0.3f, 0.3f } }, { "grid, aimed", 1, 1, 2, { 0, 1, 0 } },
+        { "function", 1, 2, 0, { 0.4f, 0.3f, 0.3f } }, { "function, aimed", 1, 2, 2, { 0.4f, 0.2f, 0.4f } } };
+    static const float grid[2] = { 0.5f, 1 };
+    size_t i;
+    for (i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const weigh_case *c = cases + i;
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d[3];
+        stats_moments m[4][3];
+        pti_sampler sampler;
+        pti_flight f;
+        double want[4][3], tau[3] = { 0, 0, 0 };
+        int n, k, ch, exceeded = 0;
+        d[0] = grey_medium(0.1f, 0.4f); d[1] = grey_medium(0, 0.3f); d[2] = grey_medium(0.05f, 0.1f);
+        if (c->chromatic) {
+            d[0].sigma_s = pt_v3(0.2f, 0.6f, 1.2f); d[0].sigma_a = pt_v3(0.5f, 0, 0.1f);
+            d[1].sigma_s = pt_v3(0, 0, 0); d[1].sigma_a = pt_v3(0.1f, 0.2f, 0.4f);
+            d[2].sigma_s = pt_v3(0.3f, 0.1f, 0.05f);
+        }
+        if (c->kind == 1) { d[0].grid = grid; d[0].nx = 2; d[0].ny = d[0].nz = 1; d[0].nearest = 1; }
+        if (c->kind == 2) { d[0].density = weigh_function; d[0].density_max = 1.5f; }
+        memset(want, 0, sizeof want);
+        memset(m, 0, sizeof m);
+        for (n = 0; n < 100000; n++) for (ch = 0; ch < 3; ch++) {
+            double dx = 5.0 / 100000, x = -2 + (n + 0.5) * dx, all = 0;
+            for (k = 0; k < 3; k++) all += weigh_density(c, k, x) * (double)pti_axis(pti_add(d[k].sigma_a, d[k].sigma_s), ch);
+            for (k = 0; k < 3; k++)
+                want[k][ch] += weigh_density(c, k, x) * (double)pti_axis(d[k].sigma_s, ch) * exp(-tau[ch] - all * dx / 2) * (1 + x * x) * dx;
+            tau[ch] += all * dx;
+        }
+        for (ch = 0; ch < 3; ch++) want[3][ch] = exp(-tau[ch]);
+        fill_box(s, -1, 1, &d[0]);                       /* the one that is everywhere becomes number 0 */
+        pt_add_volume(s, pt_add_sphere(s, pt_v3(0, 0, 0), 1.2f, no_material), pt_add_medium(s, &d[1]));
+        pt_add_volume(s, everywhere, pt_add_medium(s, &d[2]));
+        if (!commit(s)) return;
+        memset(&f, 0, sizeof f);
+        memset(&sampler, 0, sizeof sampler);
+        sampler.pixel_seed = 3 + (uint32_t)i;
+        sampler.kind = PT_SAMPLER_RANDOM;
+        f.volumes = &s->volumes; f.trace = pti_trace_for(s->isa);
+        f.org = pt_v3(-2, 0, 0); f.dir = pt_v3(1, 0, 0);
+        f.group = PTI_GROUP_FLIGHT; f.sampler = &sampler;
+        f.seed = 5;
+        f.aims[0].at = 2.3f; f.aims[0].distance = 0.1f; f.aims[0].power = 1;
+        f.aims[1].at = 4.5f; f.aims[1].distance = 0.4f; f.aims[1].power = 3;
+        f.aim_count = c->aims;
+        for (n = 0; n < 300000; n++) {
+            const pti_volume *hit;
+            float t = 5, u = ((float)(n % 1000) + 0.5f) / 1000;
+            pt_vec3 w;
+            pti_sampler_start(&sampler, (uint32_t)n);
+            f.index = (uint32_t)n;
+            f.hero = u < c->q.x ? 0 : u < c->q.x + c->q.y ? 1 : 2;
+            hit = pti_flight_hit(&f, &t, &exceeded);
+            w = pti_flight_weight(&f, t, hit, c->q);
+            for (k = 0; k < 4; k++) for (ch = 0; ch < 3; ch++) {
+                int it = k == 3 ? !hit : hit == s->volumes.all + (k + 1) % 3;
+                double x = (double)t - 2;
+                stats_push(&m[k][ch], it ? (double)pti_axis(w, ch) * (k < 3 ? 1 + x * x : 1) : 0);
+            }
+        }
+        for (k = 0; k < 4; k++) for (ch = 0; ch < 3; ch++) {
+            test_case("%s, %s, channel %d: %g, should be %g", c->name, k < 3 ? "hits" : "passing", ch, m[k][ch].mean, want[k][ch]);
+            if (want[k][ch] > 0) {
+                CHECK_P(stats_t_test(&m[k][ch], want[k][ch]));
+                CHECK(stats_error(&m[k][ch]) < 0.02 * want[k][ch]);
+            } else CHECK(m[k][ch].mean == 0);
+        }
+        pt_scene_destroy(s);
+    }
+}
+
+/* Grids come back from their files as they went; broken ones are refused in words, and no byte less makes one. */
+typedef struct bytes { unsigned char data[600]; size_t size; } bytes;
+static int keep(void *user, const void *data, size_t size) {
+    bytes *b = (bytes *)user;
+    if (b->size + size > sizeof b->data) return 1;
+    memcpy(b->data + b->size, data, size);
+    b->size += size;
+    return 0;
+}
+static void grids_in_files(void) {
+    static const struct { int at, value; const char *words; } broken[] = { { 0, 'W', "VOL" }, { 3, 2, "version 3" }, { 4, 3, "kind 3" }, { 20, 3, "3 channels" },
+                                                                           { 8, 0, "0 x 4 x 5" }, { 9, 17, "4355 x 4 x 5" }, { 8, 4, "should have" } };
+    pt_grid g, back;
+    float values[60];
+    bytes b;
+    pt_writer w = { keep, NULL };
+    size_t i;
+    memset(&g, 0, sizeof g);
+    memset(&back, 0, sizeof back);
+    memset(&b, 0, sizeof b);
+    for (i = 0; i < 60; i++) values[i] = (float)i * 0.37f;
+    g.nx = 3; g.ny = 4; g.nz = 5; g.values = values; g.lo = pt_v3(-1, 0, 2); g.hi = pt_v3(1, 4, 2.5f);
+    w.user = &b;
+    CHECK_EQ_INT(pt_write_grid_to(&w, &g), PT_OK);
+    CHECK_EQ_INT(b.size, 48 + 240);
+    CHECK(b.data[8] == 3 && b.data[12] == 4 && b.data[16] == 5 && b.data[47] == 0x40);           /* 2.5 is 0x40200000 */
+    CHECK_EQ_INT(pt_read_grid_memory(&back, b.data, b.size), PT_OK);
+    CHECK(back.nx == 3 && back.ny == 4 && back.nz == 5 && back.lo.z == 2 && back.hi.z == 2.5f && back.lo.x == -1 && back.hi.y == 4);
+    CHECK(back.values && !memcmp(values, back.values, sizeof values));
+    for (i = 0; i < b.size; i++) CHECK_EQ_INT(pt_read_grid_memory(&back, b.data, i), PT_ERR_FORMAT);
+    for (i = 0; i < sizeof broken / sizeof *broken; i++) {
+        unsigned char old = b.data[broken[i].at];
+        b.data[broken[i].at] = (unsigned char)broken[i].value;
+        CHECK_EQ_INT(pt_read_grid_memory(&back, b.data, b.size), PT_ERR_FORMAT);
+        if (!strstr(back.error, broken[i].words)) FAIL("case %d says: %s", (int)i, back.error);
+        b.data[broken[i].at] = old;
+    }
+    CHECK(!back.values && back.nx == 0);
+    pt_grid_free(&back);
+    g.nz = 0;
+    CHECK_EQ_INT(pt_write_grid_to(&w, &g), PT_ERR_ARG);
+    CHECK_EQ_INT(pt_write_grid_to(&w, NULL), PT_ERR_ARG);
+}
+
+void test_medium(void) {
+    RUN(phases_fit_their_densities); RUN(mean_cosines);
+    RUN(transmittance_of_a_box); RUN(transmittance_of_a_grid); RUN(majorants_hold); RUN(bounds_of_all_kinds); RUN(overlapping_volumes_add_up);
+    RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
+    RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab);
+    RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
+    RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds);
+    RUN(bits_are_the_same); RUN(limits_count_scattering); RUN(too_dense_functions_are_noticed); RUN(bad_input_is_refused);
+    RUN(memory_runs_out); RUN(grids_in_files);
+}
