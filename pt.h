@@ -4049,6 +4049,7 @@ static void pti_visit_begin(pti_visit *v, const pti_flight *f) {
 }
 static const pti_volume *pti_visit_next(pti_visit *v, float tmax) {
     const pti_volumes *all = v->volumes;
+    const pti_node *n;
     float enter[PTI_WIDTH];
     uint32_t child, mask;
     if (v->next < (all->count <= PTI_FEW_VOLUMES ? all->count : all->unbounded)) return all->all + v->next++;
@@ -4056,8 +4057,9 @@ static const pti_volume *pti_visit_next(pti_visit *v, float tmax) {
         child = v->stack[--v->top];
         if (child == PTI_NONE) continue;
         if (PTI_KIND(child) == PTI_OBJECT) return all->all + all->unbounded + PTI_INDEX(child);
-        mask = pti_boxes_scalar(all->tree.bvh.nodes + child, &v->ray, tmax, enter);
-        for (; mask; mask &= mask - 1) v->stack[v->top++] = all->tree.bvh.nodes[child].child[pti_lowest_bit(mask)];
+        n = pti_node_at(&all->tree.bvh, child);
+        mask = pti_boxes_scalar(n, &v->ray, tmax * PTI_WIDEN, enter);
+        for (; mask; mask &= mask - 1) v->stack[v->top++] = n->child[pti_lowest_bit(mask)];
     }
     return NULL;
 }
@@ -7697,7 +7699,7 @@ static int pti_volume_take_shape(pti_volume *v, const pti_shape *shape, const pt
     g->shapes[0].first = 0;
     g->shapes[0].bounds_only = 0;
     g->prim_count = shape->count;
-    return pti_bvh_build(g, a);
+    return pti_bvh_build(g, a, PT_QUALITY_DEFAULT, 1);
 }
 static int pti_volume_bound(pti_volume *v, const pti_shape *shape, const pt_allocator *a) {    /* 0 when out of memory */
     pti_bounds b;
@@ -7841,7 +7843,7 @@ static int pti_volumes_tree(pt_scene *s) {               /* 0 when out of memory
         shape->as.user.lo = b.lo;
         shape->as.user.hi = b.hi;
     }
-    return pti_bvh_build(&v->tree, &s->allocator);
+    return pti_bvh_build(&v->tree, &s->allocator, PT_QUALITY_DEFAULT, 1);
 }
 static int pti_volumes_build(pt_scene *s) {              /* 0: an error, or out of memory */
     pti_volumes *v = &s->volumes;
