@@ -51,6 +51,7 @@
      >>material   from numbers and textures to lobes
      >>light      emitters by solid angle, the light tree, suns, the sky, environments
      >>scene      adding, checking, committing
+     >>guide      a density that learns where light comes from
      >>mixture    the one density that a path draws its next direction from
      >>path       the estimator
      >>camera     projections, the lens, the shutter
@@ -451,6 +452,7 @@ typedef struct pt_render_desc {
     pt_weights weights;                                   /* NEE: lights to environment as here; none with bsdf alone */
     pt_integrator integrator;
     pt_roulette roulette;
+    int guide;                                            /* samples a pixel that it learns from; 0 = none */
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
                                                              finished it; nonzero cancels. It may call pt_render_pixels,
@@ -6137,6 +6139,202 @@ static int pti_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x, int
 PT_DEF int pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x) { return pti_intersect(s, ray, x, 0); }
 PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_intersect(s, ray, NULL, 1); }
 
+/* ---- >>guide -------------------------------------------------------------------------------------------
+   A density that learns where light comes from. (Draft.) */
+
+/* Directions on the unit square: an octahedron, unfolded. Not even in solid angle, but without one sine. */
+static float pti_unfold(float a, float b) { return a >= 0 ? 1 - fabsf(b) : fabsf(b) - 1; }
+static void pti_direction_to_square(pt_vec3 d, float uv[2]) {
+    float l = fabsf(d.x) + fabsf(d.y) + fabsf(d.z), x = d.x / l, y = d.y / l;
+    uv[0] = 0.5f + 0.5f * (d.z < 0 ? pti_unfold(x, y) : x);
+    uv[1] = 0.5f + 0.5f * (d.z < 0 ? pti_unfold(y, x) : y);
+}
+static pt_vec3 pti_square_to_direction(float u, float v) {
+    float x = 2 * u - 1, y = 2 * v - 1, z = 1 - fabsf(x) - fabsf(y);
+    return pti_normalize(z < 0 ? pt_v3(pti_unfold(x, y), pti_unfold(y, x), z) : pt_v3(x, y, z));
+}
+static float pti_square_angle(pt_vec3 d) {               /* steradians that a unit of the square's area covers there */
+    float l = fabsf(d.x) + fabsf(d.y) + fabsf(d.z);
+    return 4 * l * l * l;
+}
+
+#include <stdio.h>
+#include <stdlib.h>
+#define PTI_GUIDE_FACES 6
+/* A square of directions and its quarters: how much of it each has, and the node that divides it further, if any. */
+typedef struct pti_guide_node { float share[4]; uint32_t child[4]; } pti_guide_node;
+/* child: of two, the second beside it; 0: it is a leaf, and node its directions, 0: none. */
+typedef struct pti_guide_cell { float split; uint32_t child, axis, node; } pti_guide_cell;
+typedef struct pti_guide_record { pt_vec3 p; float uv[2], value, pdf; uint32_t face; } pti_guide_record;   /* pdf: on the square */
+
+typedef struct pti_guide {
+    pti_guide_cell *cells;
+    uint32_t cell_count, cell_capacity;
+    pti_guide_node *nodes;                               /* node 0 is none */
+    uint32_t node_count, node_capacity;
+    pti_guide_record *records;
+    uint32_t record_count, record_capacity;
+} pti_guide;
+
+static uint32_t pti_guide_face(const pt_vertex *x) {     /* which of +-x, +-y, +-z the surface looks along */
+    pt_vec3 n = pti_dot(x->ng, x->wo) < 0 ? pti_neg(x->ng) : x->ng;
+    float ax = fabsf(n.x), ay = fabsf(n.y), az = fabsf(n.z);
+    return ax >= ay && ax >= az ? n.x < 0 : ay >= az ? 2u + (n.y < 0) : 4u + (n.z < 0);
+}
+static uint32_t pti_guide_find(const pti_guide *g, uint32_t face, pt_vec3 p) {
+    const pti_guide_cell *c = g->cells + face;
+    while (c->child) c = g->cells + c->child + (pti_axis(p, (int)c->axis) >= c->split);
+    return c->node;
+}
+/* The quarter of the square that uv lies in; uv becomes its place in there. */
+static int pti_guide_quarter(float uv[2]) {
+    int x = uv[0] >= 0.5f, y = uv[1] >= 0.5f;
+    uv[0] = 2 * uv[0] - (float)x;
+    uv[1] = 2 * uv[1] - (float)y;
+    return x + 2 * y;
+}
+static pt_vec3 pti_guide_sample(const pti_guide *g, uint32_t node, uint32_t u, uint32_t v) {
+    float x = 0, y = 0, size = 1;
+    while (node) {
+        const float *s = g->nodes[node].share;
+        int right = !pti_split(&u, (s[0] + s[2]) / (s[0] + s[1] + s[2] + s[3]));
+        int low = !pti_split(&v, s[right] / (s[right] + s[right + 2]));
+        size *= 0.5f;
+        x += (float)right * size;
+        y += (float)low * size;
+        node = g->nodes[node].child[right + 2 * low];
+    }
+    return pti_square_to_direction(x + size * pti_u01(u), y + size * pti_u01(v));
+}
+static float pti_guide_pdf(const pti_guide *g, uint32_t node, pt_vec3 wi) {
+    float uv[2], p = 1 / pti_square_angle(wi);
+    pti_direction_to_square(wi, uv);
+    while (node) {
+        int k = pti_guide_quarter(uv);
+        p *= 4 * g->nodes[node].share[k];
+        node = g->nodes[node].child[k];
+    }
+    return p;
+}
+static void pti_guide_note(const pt_vertex *x, pt_vec3 wi, float pdf, float left, pti_guide_record *r) {
+    r->p = x->p;
+    r->face = pti_guide_face(x);
+    pti_direction_to_square(wi, r->uv);
+    r->pdf = pdf * pti_square_angle(wi);
+    r->value = left;
+}
+
+/* ---- training ---- */
+#ifndef GUIDE_PASSES
+#define GUIDE_PASSES 4
+#endif
+#ifndef GUIDE_LEAF
+#define GUIDE_LEAF 64
+#endif
+#ifndef GUIDE_HITS
+#define GUIDE_HITS 8
+#endif
+#ifndef GUIDE_MASS
+#define GUIDE_MASS 0.01
+#endif
+#ifndef GUIDE_SECOND
+#define GUIDE_SECOND 1
+#endif
+static double pti_guide_mass(const pti_guide_record *r, uint32_t n, float size) {
+    double sum = 0;
+    uint32_t i;
+    for (i = 0; i < n; i++) sum += GUIDE_SECOND ? (double)r[i].value * (double)r[i].value * (double)r[i].pdf : (double)r[i].value;
+    return GUIDE_SECOND ? sqrt(sum) * (double)size : sum;
+}
+/* Those on the lower side of the axis (3, 4: of uv) first; how many. */
+static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float split) {
+    uint32_t i, k = 0;
+    for (i = 0; i < n; i++) {
+        float x = axis < 3 ? pti_axis(r[i].p, axis) : axis < 5 ? r[i].uv[axis - 3] : (float)r[i].face;
+        if (x < split) { pti_guide_record t = r[i]; r[i] = r[k]; r[k++] = t; }
+    }
+    return k;
+}
+static double pti_guide_directions(pti_guide *g, uint32_t *node, pti_guide_record *r, uint32_t n, float x, float y, float size, double least) {
+    uint32_t at[5], k, self;
+    double mass[4], sum;
+    pti_guide_node *q;
+    sum = pti_guide_mass(r, n, size);
+    *node = 0;
+    if (!(sum > least) || n < GUIDE_HITS || g->node_count == g->node_capacity || size < 1.0f / 1024) return sum;
+    size *= 0.5f;
+    at[0] = 0; at[4] = n;
+    at[2] = pti_guide_part(r, n, 4, y + size);
+    at[1] = pti_guide_part(r, at[2], 3, x + size);
+    at[3] = at[2] + pti_guide_part(r + at[2], n - at[2], 3, x + size);
+    self = g->node_count++;
+    for (sum = 0, k = 0; k < 4; k++)
+        sum += mass[k] = pti_guide_directions(g, &g->nodes[self].child[k], r + at[k], at[k + 1] - at[k], x + (float)(k & 1) * size,
+                                              y + (float)(k >> 1) * size, size, least);
+    q = g->nodes + self;
+    for (k = 0; k < 4; k++) q->share[k] = (float)(mass[k] / sum);
+    *node = self;
+    return sum;
+}
+static void pti_guide_build_leaf(pti_guide *g, uint32_t cell, pti_guide_record *r, uint32_t n) {
+    uint32_t i, k = 0;
+    double mass;
+    for (i = 0; i < n; i++) if (r[i].value > 0) { pti_guide_record t = r[i]; r[i] = r[k]; r[k++] = t; }
+    mass = pti_guide_mass(r, k, 1);
+    if (mass > 0) pti_guide_directions(g, &g->cells[cell].node, r, k, 0, 0, 1, GUIDE_MASS * mass);
+}
+static void pti_guide_build(pti_guide *g, uint32_t cell, pti_guide_record *r, uint32_t n) {
+    pti_bounds b = pti_bounds_empty();
+    pt_vec3 size;
+    uint32_t i, k;
+    int axis;
+    double mean = 0;
+    pti_guide_cell *c = g->cells + cell;
+    memset(c, 0, sizeof *c);
+    for (i = 0; i < n; i++) pti_bounds_point(&b, r[i].p);
+    size = n ? pti_sub(b.hi, b.lo) : pt_v3(0, 0, 0);
+    axis = size.x > size.y && size.x > size.z ? 0 : size.y > size.z ? 1 : 2;
+    if (n < 2 * GUIDE_LEAF || g->cell_count + 2 > g->cell_capacity || !(pti_axis(size, axis) > 0)) { pti_guide_build_leaf(g, cell, r, n); return; }
+    for (i = 0; i < n; i++) mean += (double)pti_axis(r[i].p, axis);
+    c->split = (float)(mean / n);
+    c->axis = (uint32_t)axis;
+    k = pti_guide_part(r, n, axis, c->split);
+    if (k == 0 || k == n) { pti_guide_build_leaf(g, cell, r, n); return; }
+    c->child = i = g->cell_count;
+    g->cell_count += 2;
+    pti_guide_build(g, i, r, k);
+    pti_guide_build(g, i + 1, r + k, n - k);
+}
+static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
+    pti_free(a, g->cells, g->cell_capacity, sizeof *g->cells);
+    pti_free(a, g->nodes, g->node_capacity, sizeof *g->nodes);
+    pti_free(a, g->records, g->record_capacity, sizeof *g->records);
+}
+static int pti_guide_create(pti_guide *g, const pt_allocator *a, uint32_t records) {
+    if (getenv("RECS")) records = (uint32_t)atoi(getenv("RECS"));
+    g->record_capacity = records;
+    g->cell_capacity = PTI_GUIDE_FACES + records / GUIDE_LEAF * 4;
+    g->node_capacity = records / 2;
+    g->cells = (pti_guide_cell *)pti_alloc(a, g->cell_capacity, sizeof *g->cells);
+    g->nodes = (pti_guide_node *)pti_alloc(a, g->node_capacity, sizeof *g->nodes);
+    g->records = (pti_guide_record *)pti_alloc(a, g->record_capacity, sizeof *g->records);
+    g->cell_count = PTI_GUIDE_FACES;
+    g->node_count = 1;
+    return g->cells && g->nodes && g->records;
+}
+/* Everything anew, from the records. */
+static void pti_guide_refine(pti_guide *g) {
+    uint32_t face, at = 0;
+    g->cell_count = PTI_GUIDE_FACES;
+    g->node_count = 1;
+    for (face = 0; face < PTI_GUIDE_FACES; face++) {
+        uint32_t n = pti_guide_part(g->records + at, g->record_count - at, 5, (float)face + 0.5f);
+        pti_guide_build(g, face, g->records + at, n);
+        at += n;
+    }
+    g->record_count = 0;
+}
+
 /* ---- >>mixture -----------------------------------------------------------------------------------------
    The one density that a path's next direction is drawn from:
        p(wi) = sum_i w_i p_i(wi),    sum_i w_i = 1,
@@ -6154,6 +6352,9 @@ typedef struct pti_mixture {
     int sky;                                             /* which of the environment's tables */
     float bsdf, lights, environment, users;              /* w_i; users: of all the user's densities together */
     float asked;                                         /* sum of their weight x importance; users is less once calmed */
+    float guide;                                         /* w_i of the guide, and where in it x lies */
+    const pti_guide *guided_by;
+    uint32_t directions;
 } pti_mixture;
 
 /* Does all scattering stay on wo's side? */
@@ -6192,7 +6393,8 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     size_t i;
     int opaque, automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
     mix.scene = s; mix.x = surface->x; mix.surface = surface;
-    mix.bsdf = 1; mix.lights = mix.environment = mix.users = mix.asked = 0;
+    mix.bsdf = 1; mix.lights = mix.environment = mix.users = mix.asked = mix.guide = 0;
+    mix.guided_by = NULL; mix.directions = 0;
     mix.receiver.p = surface->x->p;
     mix.receiver.n = pt_v3(0, 0, 0);
     mix.sky = PTI_RECEIVER_ALL;
@@ -6234,7 +6436,7 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
 #define PTI_SHARE_CELLS 4096
 #define PTI_SHARE_PRIOR 4                                /* as many records say that all is well as it is */
 #define PTI_SHARE_TRAIL 16                               /* vertices of a path that are remembered */
-enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PARTS };
+enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PART_GUIDE, PTI_PARTS };
 typedef struct pti_share { float part[PTI_PARTS]; } pti_share;           /* all 0: nobody was here */
 /* Of records; of the shares that they found, and of v^2 p_i / p. */
 typedef struct pti_share_sums { double count, share[PTI_PARTS], part[PTI_PARTS]; } pti_share_sums;
@@ -6243,7 +6445,12 @@ typedef struct pti_shares {
     pti_share *cells;
     pti_share_sums *sums;                                /* of each cell, since the last step */
 } pti_shares;
-typedef struct pti_share_record { uint32_t cell; pt_vec3 L, beta; float share[PTI_PARTS], part[PTI_PARTS]; } pti_share_record;
+typedef struct pti_share_record {
+    uint32_t cell;
+    pt_vec3 L, beta;
+    float share[PTI_PARTS], part[PTI_PARTS];
+    pti_guide_record guide;                              /* its value is the share of v that is left to the BSDF and the guide */
+} pti_share_record;
 typedef struct pti_share_trail { int count; pti_share_record records[PTI_SHARE_TRAIL]; } pti_share_trail;
 
 /* 2^k / 4, with 2^k the power of two below x; exact, and so are quotients by it. */
@@ -6268,11 +6475,22 @@ static void pti_mixture_learned(pti_mixture *m, const pti_shares *s) {
     float free_share = 1 - m->users, sum;
     const float *w = s->cells[pti_share_cell(s, m->x)].part;
     float lights = m->lights > 0 ? w[PTI_PART_LIGHTS] : 0.0f, environment = m->environment > 0 ? w[PTI_PART_ENVIRONMENT] : 0.0f;
-    sum = w[PTI_PART_BSDF] + lights + environment;
+    float guide = m->guide > 0 ? w[PTI_PART_GUIDE] : 0.0f;
+    sum = w[PTI_PART_BSDF] + lights + environment + guide;
     if (!(sum > 0)) return;
     m->lights = free_share * lights / sum;
     m->environment = free_share * environment / sum;
-    m->bsdf = free_share - m->lights - m->environment;
+    m->guide = free_share * guide / sum;
+    m->bsdf = free_share - m->lights - m->environment - m->guide;
+}
+/* The guide gets half of what the BSDF has, as long as nobody knows better. */
+static void pti_mixture_guided(pti_mixture *m, const pti_guide *g) {
+    if (m->surface->delta > 0.999f) return;
+    m->guided_by = g;
+    m->directions = pti_guide_find(g, pti_guide_face(m->x), m->x->p);
+    if (!m->directions) return;
+    m->guide = 0.5f * m->bsdf;
+    m->bsdf -= m->guide;
 }
 /* A path that chose the BSDF again and again weighs up to (albedo / share)^depth, without bound in bright rooms: its second
    moment diverges. So a path whose potential (see >>path: its throughput, deltas left out) has grown above 1 gives the other
@@ -6282,7 +6500,7 @@ static float pti_mixture_calm(pti_mixture *m, float potential) {       /* by how
     m->lights *= calm;
     m->environment *= calm;
     m->users *= calm;
-    m->bsdf = 1 - m->lights - m->environment - m->users;
+    m->bsdf = 1 - m->lights - m->environment - m->users - m->guide;
     return calm;
 }
 /* What the lights' densities have in it. */
@@ -6299,6 +6517,7 @@ static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
     p += pti_mixture_pdf_lights(m, wi);
+    if (m->guide > 0) p += m->guide * pti_guide_pdf(m->guided_by, m->directions, wi);
     for (i = 0; m->users > 0 && i < s->density_count; i++) {
         share = pti_density_share(s->densities + i, m->x);
         if (share > 0) p += m->users / m->asked * share * s->densities[i].pdf(s->densities[i].user, m->x, wi);
@@ -6329,7 +6548,7 @@ static int pti_mixture_sample_lights(const pti_mixture *m, uint32_t u, uint32_t 
 static int pti_is_direction(pt_vec3 d) { return fabsf(pti_dot(d, d) - 1) < 1e-3f; }         /* not with NaN */
 
 /* A next direction: weight = f |cos| / p. */
-typedef struct pti_step { pt_vec3 wi, weight; int delta; float p; } pti_step;   /* p: 0 of a delta */
+typedef struct pti_step { pt_vec3 wi, weight; int delta; float p, plain; } pti_step;   /* p: 0 of a delta. plain: p over p without the guide */
 
 /* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
    picks among lights or the user's densities, its second number what a lobe has to decide; they may be 0 where neither is.
@@ -6344,10 +6563,14 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     memset(&scatter, 0, sizeof scatter);
     step->delta = 0;
     step->p = 0;
+    step->plain = 1;
     if (others <= 0 || pti_split(&u, m->bsdf)) {
         drawn = pti_surface_sample(m->surface, u, v, choice[1], &scatter);
         step->wi = scatter.wi;
-    } else if (m->lights > 0 && pti_split(&u, m->lights / others)) {
+    } else if (m->guide > 0 && pti_split(&u, m->guide / others)) {
+        step->wi = pti_guide_sample(m->guided_by, m->directions, u, v);
+        drawn = 1;
+    } else if (m->lights > 0 && pti_split(&u, m->lights / (others - m->guide))) {
         drawn = pti_lights_sample(&s->lights, &m->receiver, among, pti_u01(u), pti_u01(v), &step->wi);
     } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
         drawn = m->environment > 0 && pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), &step->wi);
@@ -6368,6 +6591,10 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     if (pti_is_zero3(f) || p <= 0) return 0;             /* NaN goes on: the film will count it */
     step->p = p;
     step->weight = pti_scale(f, 1 / p);
+    if (m->guide > 0) {
+        float plain = p - m->guide * pti_guide_pdf(m->guided_by, m->directions, step->wi);
+        step->plain = (1 - m->guide) / pti_max(plain / p, 1e-3f);
+    }
     return 1;
 }
 
@@ -6376,21 +6603,43 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
                              pt_vec3 beta, pti_share_trail *trail) {
     pti_share_record *r = trail->records + trail->count;
     pt_vec3 f;
-    if (trail->count == PTI_SHARE_TRAIL || step->delta || m->bsdf + m->users >= 1) return;
+    if (trail->count == PTI_SHARE_TRAIL || step->delta || (m->bsdf + m->users >= 1 && !m->guided_by)) return;
     trail->count++;
     r->cell = pti_share_cell(s, m->x);
     r->L = L;
     r->beta = beta;
     r->share[PTI_PART_LIGHTS] = m->lights / calm;        /* as it was; of calm there is time enough later */
     r->share[PTI_PART_ENVIRONMENT] = m->environment / calm;
-    r->share[PTI_PART_BSDF] = pti_max(1 - (m->users + m->lights + m->environment) / calm, 0);
+    r->share[PTI_PART_GUIDE] = m->guide;
+    r->share[PTI_PART_BSDF] = pti_max(1 - m->guide - (m->users + m->lights + m->environment) / calm, 0);
+    r->part[PTI_PART_GUIDE] = step->p > 0 && m->guide > 0
+        ? pti_guide_pdf(m->guided_by, m->directions, step->wi) / step->p : 0.0f;
     r->part[PTI_PART_BSDF] = step->p > 0 ? pti_surface_eval(m->surface, step->wi, &f) / step->p : 0.0f;
     r->part[PTI_PART_LIGHTS] = step->p > 0 && m->lights > 0
         ? pti_lights_pdf(&m->scene->lights, &m->receiver, step->wi) / step->p : 0.0f;
     r->part[PTI_PART_ENVIRONMENT] = step->p > 0 && m->environment > 0
         ? pti_environment_pdf(&m->scene->environment, m->sky, step->wi) / step->p : 0.0f;
+    if (m->guided_by)
+        pti_guide_note(m->x, step->wi, step->p, 1 - m->lights * r->part[PTI_PART_LIGHTS]
+                                                  - m->environment * r->part[PTI_PART_ENVIRONMENT], &r->guide);
 }
 static float pti_share_ratio(float L, float beta) { return L > 0 && beta > 0 ? L / beta : 0.0f; }
+static void pti_guide_learn(pti_guide *g, const pti_share_trail *trail, pt_vec3 L) {
+    int i;
+    if (!pti_finite3(L)) return;
+    for (i = 0; i < trail->count && g->record_count < g->record_capacity; i++) {
+        const pti_share_record *r = trail->records + i;
+        pt_vec3 d = pti_sub(L, r->L);
+        float v = pti_luminance(pt_v3(pti_share_ratio(d.x, r->beta.x), pti_share_ratio(d.y, r->beta.y),
+                                      pti_share_ratio(d.z, r->beta.z)));
+        pti_guide_record *to = g->records + g->record_count;
+        if (!(r->guide.pdf > 0)) continue;
+        *to = r->guide;
+        to->value = pti_max(to->value, 0) * v;
+        if (!(to->value > 0 && to->value < 1e15f)) continue;
+        g->record_count++;
+    }
+}
 /* A path has ended, with radiance L in all. */
 static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec3 L) {
     int i, k;
@@ -6410,7 +6659,7 @@ static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec
 }
 /* The step, for all cells that were visited. */
 static void pti_shares_step(pti_shares *s) {
-    static const double least[PTI_PARTS] = { 0.3, 0.15, 0.15 };
+    static const double least[PTI_PARTS] = { 0.3, 0.15, 0.15, 0 };
     const double prior = PTI_SHARE_PRIOR;
     int i, k;
     for (i = 0; i < PTI_SHARE_CELLS; i++) {
@@ -6447,6 +6696,7 @@ typedef struct pti_tracer {                              /* what all paths of a 
     pt_roulette roulette;
     int max_depth, max_diffuse;
     const pti_shares *shares;                            /* NULL: none were learned */
+    const pti_guide *guide;                              /* NULL: none */
 } pti_tracer;
 
 /* Roulette looks at what a path can still bring, its potential: the throughput without the weights of deltas, since behind
@@ -6670,6 +6920,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         if (t->max_diffuse && diffuse == t->max_diffuse && !pti_surface_drop_diffuse(&surface)) return L;
         if (!pti_path_goes_on(t, &surface, &beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
+        if (t->guide) pti_mixture_guided(&mix, t->guide);
         if (t->shares && mix.bsdf < 1) pti_mixture_learned(&mix, t->shares);
         calm = pti_mixture_calm(&mix, pti_largest(potential));
         if (t->integrator) L = pti_add(L, pti_mul(beta, pti_nee_at(t, &mix, sampler, (uint32_t)depth, &nee, rays)));
@@ -6681,7 +6932,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
             return pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the film will discard it */
         if (t->integrator) nee.p = step.p;
         beta = pti_mul(beta, step.weight);
-        if (!step.delta) potential = pti_mul(potential, step.weight);
+        if (!step.delta) potential = pti_mul(potential, pti_scale(step.weight, step.plain));
         if (!step.delta && surface.squeeze != 1 && !pti_same_side(&x, x.wo, step.wi))
             potential = pti_scale(potential, surface.squeeze);
         org = pti_spawn(&x, step.wi);
@@ -7005,6 +7256,7 @@ struct pt_render {
     uint32_t aim;                                        /* samples a pixel */
     int tiles_x, tiles_y, tile_count, next_tile, tiles_done, inside, cancelled;   /* inside: how many tiles are busy */
     pti_shares shares;
+    pti_guide guide;
     int learned;                                         /* the shares are */
     int has_lock, has_progress_lock, has_learn_lock;
     pti_mutex lock, progress_lock, learn_lock;           /* the others are taken first */
@@ -7027,6 +7279,7 @@ PT_DEF void pt_render_destroy(pt_render *r) {
     if (r->has_learn_lock) pti_mutex_free(&r->learn_lock);
     pti_free(&a, r->shares.cells, PTI_SHARE_CELLS, sizeof *r->shares.cells);
     pti_free(&a, r->shares.sums, PTI_SHARE_CELLS, sizeof *r->shares.sums);
+    pti_guide_free(&r->guide, &a);
     pti_free(&a, r->film, n, sizeof *r->film);
     pti_free(&a, r->pixels, n, 3 * sizeof *r->pixels);
     pti_free(&a, r->busy, (size_t)r->tile_count, 1);
@@ -7167,6 +7420,9 @@ static int pti_render_allocate(pt_render *r) {
         r->shares.eye = r->desc.camera.eye;
         r->tracer.shares = &r->shares;
     }
+    if (r->desc.guide) {
+        if (!pti_guide_create(&r->guide, a, 1u << 20)) return 0;
+    }
     return r->film && r->pixels && r->busy && r->threads && r->has_lock && r->has_progress_lock && r->has_learn_lock;
 }
 /* Cells of the stratified sampler: as square as can be, and at least spp of them. */
@@ -7240,7 +7496,8 @@ static pt_vec3 pti_render_sample(pt_render *r, const pti_sampler *sampler, pti_l
     if (!(seen > 0)) return pt_v3(0, 0, 0);
     stats->paths++;
     c = pti_path_radiance(&r->tracer, sampler, &ray, at->wavelength, &stats->rays, trail);
-    if (trail) pti_shares_learn(&r->shares, trail, c);
+    if (trail && r->shares.cells) pti_shares_learn(&r->shares, trail, c);
+    if (trail && r->tracer.guide) pti_guide_learn(&r->guide, trail, c);
     return pti_mul(c, pti_scale(color, seen));
 }
 /* x and y: in the full picture, which alone the numbers depend on. */
@@ -7272,15 +7529,42 @@ static int pti_is_cancelled(pt_render *r) {
    second with what the first has learned. One thread does it while the others wait. What they carry is thrown away. Their number depends on nothing but the picture's size. 0: cancelled. */
 #define PTI_AHEAD 32768
 #define PTI_AHEAD_SEED 0x0a4eadu
-static int pti_render_ahead(pt_render *r) {
+static void pti_render_guide(pt_render *r) {
+    double pixels = (double)r->desc.width * (double)r->desc.height;
+    uint32_t n = (uint32_t)(pixels * r->desc.guide), i, done = 0, pass, most;
+    pti_sampler sampler;
+    pt_stats stats = { 0, 0, 0, 0 };
+    sampler.kind = PT_SAMPLER_SOBOL;
+    r->tracer.guide = &r->guide;
+    for (pass = 0; pass < GUIDE_PASSES; pass++) {
+        sampler.pixel_seed = pti_hash2(r->seed, 0x60edu + pass);
+        most = n >> (GUIDE_PASSES - 1 - pass) >> 1;
+        for (i = 0; i < most; i++) {
+            uint32_t u[2];
+            pti_lens_point at;
+            pti_share_trail trail;
+            trail.count = 0;
+            pti_sampler_start(&sampler, i);
+            pti_draw2(&sampler, 0, 0, u);
+            at.x = pti_u01(u[0]); at.y = pti_u01(u[1]);
+            pti_render_sample(r, &sampler, &at, &stats, &trail);
+            done++;
+        }
+        if (getenv("V")) fprintf(stderr, "pass %u: %u paths, %u records", pass, most, r->guide.record_count);
+        pti_guide_refine(&r->guide);
+        if (getenv("V")) fprintf(stderr, " -> %u cells, %u nodes\n", r->guide.cell_count, r->guide.node_count);
+    }
+    if (r->shares.cells) memset(r->shares.sums, 0, PTI_SHARE_CELLS * sizeof *r->shares.sums);
+}
+static int pti_render_ahead(pt_render *r, uint32_t again) {
     double pixels = (double)r->desc.width * (double)r->desc.height;
     uint32_t n = 2 * pixels < PTI_AHEAD ? 2 * (uint32_t)pixels : PTI_AHEAD, i;
     pti_sampler sampler;
     pt_stats stats = { 0, 0, 0, 0 };
-    memset(r->shares.cells, 0, PTI_SHARE_CELLS * sizeof *r->shares.cells);
     memset(r->shares.sums, 0, PTI_SHARE_CELLS * sizeof *r->shares.sums);
     sampler.kind = PT_SAMPLER_SOBOL;
     sampler.pixel_seed = pti_hash2(r->seed, PTI_AHEAD_SEED);
+    sampler.pixel_seed = pti_hash2(r->seed, PTI_AHEAD_SEED + again);
     for (i = 0; i < 2 * n; i++) {
         uint32_t u[2];
         pti_lens_point at;
@@ -7307,7 +7591,18 @@ static int pti_render_learn(pt_render *r) {              /* 0: cancelled */
     pti_lock(&r->learn_lock);
     if (!r->learned) {
         pti_fpmode mode = pti_fpmode_enter();
-        r->learned = learned = pti_render_ahead(r);
+        memset(r->shares.cells, 0, PTI_SHARE_CELLS * sizeof *r->shares.cells);
+        memset(r->shares.sums, 0, PTI_SHARE_CELLS * sizeof *r->shares.sums);
+        r->learned = learned = pti_render_ahead(r, 0);
+        if (learned && r->desc.guide) {
+            int c;
+            for (c = 0; c < PTI_SHARE_CELLS; c++) {
+                float *w = r->shares.cells[c].part;
+                w[PTI_PART_BSDF] *= 0.5f; w[PTI_PART_GUIDE] = w[PTI_PART_BSDF];
+            }
+            pti_render_guide(r);
+            if (!getenv("NOAGAIN")) learned = pti_render_ahead(r, 1);
+        }
         pti_fpmode_leave(mode);
     }
     pti_unlock(&r->learn_lock);
