@@ -6167,13 +6167,16 @@ typedef struct pti_guide_node { float share[4]; uint32_t child[4]; } pti_guide_n
 typedef struct pti_guide_cell { float split; uint32_t child, axis, node; } pti_guide_cell;
 typedef struct pti_guide_record { pt_vec3 p; float uv[2], value, pdf; uint32_t face; } pti_guide_record;   /* pdf: on the square */
 
+typedef struct pti_guide_hit { float uv[2], mass; } pti_guide_hit;
 typedef struct pti_guide {
+    pti_guide_hit *hits;
+    struct { uint32_t lo, hi; } range[64];
     pti_guide_cell *cells;
     uint32_t cell_count, cell_capacity;
     pti_guide_node *nodes;                               /* node 0 is none */
     uint32_t node_count, node_capacity;
     pti_guide_record *records;
-    uint32_t record_count, record_capacity;
+    uint32_t record_count, record_capacity, hit_capacity;
 } pti_guide;
 
 static uint32_t pti_guide_face(const pt_vertex *x) {     /* which of +-x, +-y, +-z the surface looks along */
@@ -6225,6 +6228,15 @@ static void pti_guide_note(const pt_vertex *x, pt_vec3 wi, float pdf, float left
 }
 
 /* ---- training ---- */
+#ifndef GUIDE_LEVELS
+#define GUIDE_LEVELS 3
+#endif
+#ifndef GUIDE_FADE
+#define GUIDE_FADE 0.5f
+#endif
+#ifndef GUIDE_PRIOR
+#define GUIDE_PRIOR 4.0
+#endif
 #ifndef GUIDE_PASSES
 #define GUIDE_PASSES 4
 #endif
@@ -6240,11 +6252,16 @@ static void pti_guide_note(const pt_vertex *x, pt_vec3 wi, float pdf, float left
 #ifndef GUIDE_SECOND
 #define GUIDE_SECOND 1
 #endif
-static double pti_guide_mass(const pti_guide_record *r, uint32_t n, float size) {
+static double pti_guide_mass(const pti_guide_hit *r, uint32_t n, float size) {
     double sum = 0;
     uint32_t i;
-    for (i = 0; i < n; i++) sum += GUIDE_SECOND ? (double)r[i].value * (double)r[i].value * (double)r[i].pdf : (double)r[i].value;
+    for (i = 0; i < n; i++) sum += (double)r[i].mass;
     return GUIDE_SECOND ? sqrt(sum) * (double)size : sum;
+}
+static uint32_t pti_guide_part_hits(pti_guide_hit *r, uint32_t n, int axis, float split) {
+    uint32_t i, k = 0;
+    for (i = 0; i < n; i++) if (r[i].uv[axis] < split) { pti_guide_hit t = r[i]; r[i] = r[k]; r[k++] = t; }
+    return k;
 }
 /* Those on the lower side of the axis (3, 4: of uv) first; how many. */
 static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float split) {
@@ -6255,7 +6272,7 @@ static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float 
     }
     return k;
 }
-static double pti_guide_directions(pti_guide *g, uint32_t *node, pti_guide_record *r, uint32_t n, float x, float y, float size, double least) {
+static double pti_guide_directions(pti_guide *g, uint32_t *node, pti_guide_hit *r, uint32_t n, float x, float y, float size, double least) {
     uint32_t at[5], k, self;
     double mass[4], sum;
     pti_guide_node *q;
@@ -6264,46 +6281,63 @@ static double pti_guide_directions(pti_guide *g, uint32_t *node, pti_guide_recor
     if (!(sum > least) || n < GUIDE_HITS || g->node_count == g->node_capacity || size < 1.0f / 1024) return sum;
     size *= 0.5f;
     at[0] = 0; at[4] = n;
-    at[2] = pti_guide_part(r, n, 4, y + size);
-    at[1] = pti_guide_part(r, at[2], 3, x + size);
-    at[3] = at[2] + pti_guide_part(r + at[2], n - at[2], 3, x + size);
+    at[2] = pti_guide_part_hits(r, n, 1, y + size);
+    at[1] = pti_guide_part_hits(r, at[2], 0, x + size);
+    at[3] = at[2] + pti_guide_part_hits(r + at[2], n - at[2], 0, x + size);
     self = g->node_count++;
     for (sum = 0, k = 0; k < 4; k++)
         sum += mass[k] = pti_guide_directions(g, &g->nodes[self].child[k], r + at[k], at[k + 1] - at[k], x + (float)(k & 1) * size,
                                               y + (float)(k >> 1) * size, size, least);
     q = g->nodes + self;
-    for (k = 0; k < 4; k++) q->share[k] = (float)(mass[k] / sum);
+    for (k = 0; k < 4; k++) q->share[k] = (float)((mass[k] / sum + GUIDE_PRIOR / 4 / n) / (1 + GUIDE_PRIOR / n));
     *node = self;
     return sum;
 }
-static void pti_guide_build_leaf(pti_guide *g, uint32_t cell, pti_guide_record *r, uint32_t n) {
-    uint32_t i, k = 0;
+static void pti_guide_build_leaf(pti_guide *g, uint32_t cell, int depth) {
+    uint32_t i, n = 0, lo = g->range[depth].lo, hi = lo;
     double mass;
-    for (i = 0; i < n; i++) if (r[i].value > 0) { pti_guide_record t = r[i]; r[i] = r[k]; r[k++] = t; }
-    mass = pti_guide_mass(r, k, 1);
-    if (mass > 0) pti_guide_directions(g, &g->cells[cell].node, r, k, 0, 0, 1, GUIDE_MASS * mass);
+    float w = 1;
+    int level;
+    for (level = 0; level <= GUIDE_LEVELS && level <= depth; level++) {
+        uint32_t lo2 = g->range[depth - level].lo, hi2 = g->range[depth - level].hi;
+        for (i = lo2; i < hi2; i++) {
+            const pti_guide_record *r = g->records + i;
+            pti_guide_hit *h = g->hits + n;
+            if (i == lo && hi > lo) { i = hi - 1; continue; }
+            if (n == g->hit_capacity) break;
+            h->uv[0] = r->uv[0]; h->uv[1] = r->uv[1];
+            h->mass = w * (GUIDE_SECOND ? r->value * r->value * r->pdf : r->value);
+            n++;
+        }
+        lo = lo2; hi = hi2;
+        w *= GUIDE_FADE;
+    }
+    mass = pti_guide_mass(g->hits, n, 1);
+    if (mass > 0) pti_guide_directions(g, &g->cells[cell].node, g->hits, n, 0, 0, 1, GUIDE_MASS * mass);
 }
-static void pti_guide_build(pti_guide *g, uint32_t cell, pti_guide_record *r, uint32_t n) {
+static void pti_guide_build(pti_guide *g, uint32_t cell, uint32_t lo, uint32_t hi, int depth) {
     pti_bounds b = pti_bounds_empty();
     pt_vec3 size;
-    uint32_t i, k;
+    uint32_t i, k, n = hi - lo;
     int axis;
     double mean = 0;
+    pti_guide_record *r = g->records + lo;
     pti_guide_cell *c = g->cells + cell;
     memset(c, 0, sizeof *c);
+    g->range[depth].lo = lo; g->range[depth].hi = hi;
     for (i = 0; i < n; i++) pti_bounds_point(&b, r[i].p);
     size = n ? pti_sub(b.hi, b.lo) : pt_v3(0, 0, 0);
     axis = size.x > size.y && size.x > size.z ? 0 : size.y > size.z ? 1 : 2;
-    if (n < 2 * GUIDE_LEAF || g->cell_count + 2 > g->cell_capacity || !(pti_axis(size, axis) > 0)) { pti_guide_build_leaf(g, cell, r, n); return; }
+    if (n < 2 * GUIDE_LEAF || depth == 63 || g->cell_count + 2 > g->cell_capacity || !(pti_axis(size, axis) > 0)) { pti_guide_build_leaf(g, cell, depth); return; }
     for (i = 0; i < n; i++) mean += (double)pti_axis(r[i].p, axis);
     c->split = (float)(mean / n);
     c->axis = (uint32_t)axis;
     k = pti_guide_part(r, n, axis, c->split);
-    if (k == 0 || k == n) { pti_guide_build_leaf(g, cell, r, n); return; }
+    if (k == 0 || k == n) { pti_guide_build_leaf(g, cell, depth); return; }
     c->child = i = g->cell_count;
     g->cell_count += 2;
-    pti_guide_build(g, i, r, k);
-    pti_guide_build(g, i + 1, r + k, n - k);
+    pti_guide_build(g, i, lo, lo + k, depth + 1);
+    pti_guide_build(g, i + 1, lo + k, hi, depth + 1);
 }
 static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
     pti_free(a, g->cells, g->cell_capacity, sizeof *g->cells);
@@ -6313,8 +6347,10 @@ static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
 static int pti_guide_create(pti_guide *g, const pt_allocator *a, uint32_t records) {
     if (getenv("RECS")) records = (uint32_t)atoi(getenv("RECS"));
     g->record_capacity = records;
+    g->hit_capacity = records;
+    g->hits = (pti_guide_hit *)pti_alloc(a, g->hit_capacity, sizeof *g->hits);
     g->cell_capacity = PTI_GUIDE_FACES + records / GUIDE_LEAF * 4;
-    g->node_capacity = records / 2;
+    g->node_capacity = records;
     g->cells = (pti_guide_cell *)pti_alloc(a, g->cell_capacity, sizeof *g->cells);
     g->nodes = (pti_guide_node *)pti_alloc(a, g->node_capacity, sizeof *g->nodes);
     g->records = (pti_guide_record *)pti_alloc(a, g->record_capacity, sizeof *g->records);
@@ -6329,7 +6365,7 @@ static void pti_guide_refine(pti_guide *g) {
     g->node_count = 1;
     for (face = 0; face < PTI_GUIDE_FACES; face++) {
         uint32_t n = pti_guide_part(g->records + at, g->record_count - at, 5, (float)face + 0.5f);
-        pti_guide_build(g, face, g->records + at, n);
+        pti_guide_build(g, face, at, at + n, 0);
         at += n;
     }
     g->record_count = 0;
@@ -6659,7 +6695,7 @@ static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec
 }
 /* The step, for all cells that were visited. */
 static void pti_shares_step(pti_shares *s) {
-    static const double least[PTI_PARTS] = { 0.3, 0.15, 0.15, 0 };
+    static const double least[PTI_PARTS] = { FLB, FLL, FLL, 0 };
     const double prior = PTI_SHARE_PRIOR;
     int i, k;
     for (i = 0; i < PTI_SHARE_CELLS; i++) {
