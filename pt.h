@@ -6142,41 +6142,51 @@ PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_inters
 /* ---- >>guide -------------------------------------------------------------------------------------------
    A density that learns where light comes from. (Draft.) */
 
-/* Directions on the unit square: an octahedron, unfolded. Not even in solid angle, but without one sine. */
-static float pti_unfold(float a, float b) { return a >= 0 ? 1 - fabsf(b) : fabsf(b) - 1; }
-static void pti_direction_to_square(pt_vec3 d, float uv[2]) {
-    float l = fabsf(d.x) + fabsf(d.y) + fabsf(d.z), x = d.x / l, y = d.y / l;
-    uv[0] = 0.5f + 0.5f * (d.z < 0 ? pti_unfold(x, y) : x);
-    uv[1] = 0.5f + 0.5f * (d.z < 0 ? pti_unfold(y, x) : y);
-}
-static pt_vec3 pti_square_to_direction(float u, float v) {
-    float x = 2 * u - 1, y = 2 * v - 1, z = 1 - fabsf(x) - fabsf(y);
-    return pti_normalize(z < 0 ? pt_v3(pti_unfold(x, y), pti_unfold(y, x), z) : pt_v3(x, y, z));
-}
-static float pti_square_angle(pt_vec3 d) {               /* steradians that a unit of the square's area covers there */
-    float l = fabsf(d.x) + fabsf(d.y) + fabsf(d.z);
-    return 4 * l * l * l;
-}
-
 #include <stdio.h>
 #include <stdlib.h>
+#ifndef GUIDE_LEAF
+#define GUIDE_LEAF 512
+#endif
+#ifndef GUIDE_GRID
+#define GUIDE_GRID 32
+#endif
+#ifndef GUIDE_EM
+#define GUIDE_EM 8
+#endif
+#ifndef GUIDE_PASSES
+#define GUIDE_PASSES 3
+#endif
+#ifndef GUIDE_CLIP
+#define GUIDE_CLIP 20
+#endif
+#ifndef GUIDE_MINW
+#define GUIDE_MINW 0.003
+#endif
+#ifndef GUIDE_MAXG
+#define GUIDE_MAXG 0.7f
+#endif
+#ifndef GUIDE_R
+#define GUIDE_R 0.866f
+#endif
 #define PTI_GUIDE_FACES 6
-/* A square of directions and its quarters: how much of it each has, and the node that divides it further, if any. */
-typedef struct pti_guide_node { float share[4]; uint32_t child[4]; } pti_guide_node;
-/* child: of two, the second beside it; 0: it is a leaf, and node its directions, 0: none. */
-typedef struct pti_guide_cell { float split; uint32_t child, axis, node; } pti_guide_cell;
-typedef struct pti_guide_record { pt_vec3 p; float uv[2], value, pdf; uint32_t face; } pti_guide_record;   /* pdf: on the square */
+#ifndef PTI_GUIDE_MOST
+#define PTI_GUIDE_MOST 32
+#endif
+typedef struct pti_guide_window { pt_vec3 center; float weight; } pti_guide_window;
+/* child: of two, the second beside it; 0: it is a leaf, with windows. */
+typedef struct pti_guide_cell { float split; uint32_t child, axis, first, count; float share; } pti_guide_cell;
+typedef struct pti_guide_record { pt_vec3 p, wi; float t, value, plain; uint32_t face; } pti_guide_record;
 
-typedef struct pti_guide_hit { float uv[2], mass; } pti_guide_hit;
 typedef struct pti_guide {
-    pti_guide_hit *hits;
-    struct { uint32_t lo, hi; } range[64];
     pti_guide_cell *cells;
     uint32_t cell_count, cell_capacity;
-    pti_guide_node *nodes;                               /* node 0 is none */
-    uint32_t node_count, node_capacity;
+    pti_guide_window *windows;
+    uint32_t window_count, window_capacity;
     pti_guide_record *records;
-    uint32_t record_count, record_capacity, hit_capacity;
+    uint32_t record_count, record_capacity;
+    float size, radius, radius2;                         /* of a voxel; of the ball round it */
+    pt_vec3 origin;
+    float *voxels, *sums;                                /* weights while learning */
 } pti_guide;
 
 static uint32_t pti_guide_face(const pt_vertex *x) {     /* which of +-x, +-y, +-z the surface looks along */
@@ -6184,136 +6194,136 @@ static uint32_t pti_guide_face(const pt_vertex *x) {     /* which of +-x, +-y, +
     float ax = fabsf(n.x), ay = fabsf(n.y), az = fabsf(n.z);
     return ax >= ay && ax >= az ? n.x < 0 : ay >= az ? 2u + (n.y < 0) : 4u + (n.z < 0);
 }
-static uint32_t pti_guide_find(const pti_guide *g, uint32_t face, pt_vec3 p) {
+static const pti_guide_cell *pti_guide_find(const pti_guide *g, uint32_t face, pt_vec3 p) {
     const pti_guide_cell *c = g->cells + face;
     while (c->child) c = g->cells + c->child + (pti_axis(p, (int)c->axis) >= c->split);
-    return c->node;
+    return c;
 }
-/* The quarter of the square that uv lies in; uv becomes its place in there. */
-static int pti_guide_quarter(float uv[2]) {
-    int x = uv[0] >= 0.5f, y = uv[1] >= 0.5f;
-    uv[0] = 2 * uv[0] - (float)x;
-    uv[1] = 2 * uv[1] - (float)y;
-    return x + 2 * y;
+/* 1 - cos of the cone in which the ball is seen, d2 the square of its distance; 2 from inside. */
+static float pti_guide_cone(float d2, float r2) {
+    float s = r2 / d2;
+    return d2 <= r2 ? 2.0f : s / (1 + sqrtf(1 - s));
 }
-static pt_vec3 pti_guide_sample(const pti_guide *g, uint32_t node, uint32_t u, uint32_t v) {
-    float x = 0, y = 0, size = 1;
-    while (node) {
-        const float *s = g->nodes[node].share;
-        int right = !pti_split(&u, (s[0] + s[2]) / (s[0] + s[1] + s[2] + s[3]));
-        int low = !pti_split(&v, s[right] / (s[right] + s[right + 2]));
-        size *= 0.5f;
-        x += (float)right * size;
-        y += (float)low * size;
-        node = g->nodes[node].child[right + 2 * low];
+static pt_vec3 pti_guide_sample(const pti_guide *g, const pti_guide_cell *c, pt_vec3 p, uint32_t u, uint32_t v) {
+    const pti_guide_window *w = g->windows + c->first, *last = w + c->count - 1;
+    float left = 1, size, d2;
+    pt_vec3 d, t, b;
+    for (; w < last && !pti_split(&u, w->weight / left); w++) left -= w->weight;
+    d = pti_sub(w->center, p);
+    d2 = pti_dot(d, d);
+    size = pti_guide_cone(d2, g->radius2);
+    if (size == 2) return pti_sample_sphere(pti_u01(u), pti_u01(v));
+    d = pti_normalize(d);
+    pti_basis(d, &t, &b);
+    return pti_to_world(t, b, d, pti_sample_cone(size, pti_u01(u), pti_u01(v)));
+}
+static float pti_guide_pdf(const pti_guide *g, const pti_guide_cell *c, pt_vec3 p, pt_vec3 wi) {
+    const pti_guide_window *w = g->windows + c->first, *end = w + c->count;
+    float sum = 0;
+    for (; w < end; w++) {
+        pt_vec3 d = pti_sub(w->center, p);
+        float d2 = pti_dot(d, d), along = pti_dot(d, wi);
+        if (d2 > g->radius2 && (along <= 0 || along * along < d2 - g->radius2)) continue;
+        sum += w->weight / pti_guide_cone(d2, g->radius2);
     }
-    return pti_square_to_direction(x + size * pti_u01(u), y + size * pti_u01(v));
-}
-static float pti_guide_pdf(const pti_guide *g, uint32_t node, pt_vec3 wi) {
-    float uv[2], p = 1 / pti_square_angle(wi);
-    pti_direction_to_square(wi, uv);
-    while (node) {
-        int k = pti_guide_quarter(uv);
-        p *= 4 * g->nodes[node].share[k];
-        node = g->nodes[node].child[k];
-    }
-    return p;
-}
-static void pti_guide_note(const pt_vertex *x, pt_vec3 wi, float pdf, float left, pti_guide_record *r) {
-    r->p = x->p;
-    r->face = pti_guide_face(x);
-    pti_direction_to_square(wi, r->uv);
-    r->pdf = pdf * pti_square_angle(wi);
-    r->value = left;
+    return sum * (0.5f / PTI_PI);
 }
 
-/* ---- training ---- */
-#ifndef GUIDE_LEVELS
-#define GUIDE_LEVELS 3
-#endif
-#ifndef GUIDE_FADE
-#define GUIDE_FADE 0.5f
-#endif
-#ifndef GUIDE_PRIOR
-#define GUIDE_PRIOR 4.0
-#endif
-#ifndef GUIDE_PASSES
-#define GUIDE_PASSES 4
-#endif
-#ifndef GUIDE_LEAF
-#define GUIDE_LEAF 64
-#endif
-#ifndef GUIDE_HITS
-#define GUIDE_HITS 8
-#endif
-#ifndef GUIDE_MASS
-#define GUIDE_MASS 0.01
-#endif
-#ifndef GUIDE_SECOND
-#define GUIDE_SECOND 1
-#endif
-static double pti_guide_mass(const pti_guide_hit *r, uint32_t n, float size) {
-    double sum = 0;
-    uint32_t i;
-    for (i = 0; i < n; i++) sum += (double)r[i].mass;
-    return GUIDE_SECOND ? sqrt(sum) * (double)size : sum;
+/* ---- learning ---- */
+
+static void pti_guide_voxel(const pti_guide *g, pt_vec3 p, int v[3]) {
+    int k;
+    for (k = 0; k < 3; k++) v[k] = (int)floorf(pti_clamp((pti_axis(p, k) - pti_axis(g->origin, k)) / g->size, -1, GUIDE_GRID));
 }
-static uint32_t pti_guide_part_hits(pti_guide_hit *r, uint32_t n, int axis, float split) {
-    uint32_t i, k = 0;
-    for (i = 0; i < n; i++) if (r[i].uv[axis] < split) { pti_guide_hit t = r[i]; r[i] = r[k]; r[k++] = t; }
-    return k;
+typedef struct pti_guide_hit { uint32_t voxel; float pdf; } pti_guide_hit;
+/* The voxels along the record's way, and the density with which the ball round each would have drawn it. */
+static int pti_guide_walk(const pti_guide *g, const pti_guide_record *r, pti_guide_hit *hits) {
+    int v[3], step[3], k, n = 0;
+    float next[3], delta[3], o, d;
+    pti_guide_voxel(g, r->p, v);
+    for (k = 0; k < 3; k++) {
+        if (v[k] < 0 || v[k] >= GUIDE_GRID) return 0;
+        o = (pti_axis(r->p, k) - pti_axis(g->origin, k)) / g->size;
+        d = pti_axis(r->wi, k) / g->size;
+        step[k] = d < 0 ? -1 : 1;
+        delta[k] = fabsf(d) > 1e-12f ? 1 / fabsf(d) : 1e30f;
+        next[k] = fabsf(d) > 1e-12f ? ((float)v[k] + (d > 0 ? 1.0f : 0.0f) - o) / d : 1e30f;
+    }
+    for (;;) {
+        pt_vec3 c = pti_sub(pti_madd(pt_v3((float)v[0] + .5f, (float)v[1] + .5f, (float)v[2] + .5f), g->size, g->origin), r->p);
+        k = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : next[1] < next[2] ? 1 : 2;
+        hits[n].voxel = (uint32_t)(v[0] + GUIDE_GRID * (v[1] + GUIDE_GRID * v[2]));
+        hits[n].pdf = 0.5f / PTI_PI / pti_guide_cone(pti_dot(c, c), g->radius2);
+        n++;
+        if (next[k] > r->t) return n;
+        v[k] += step[k];
+        if (v[k] < 0 || v[k] >= GUIDE_GRID) return n;
+        next[k] += delta[k];
+    }
 }
-/* Those on the lower side of the axis (3, 4: of uv) first; how many. */
 static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float split) {
     uint32_t i, k = 0;
     for (i = 0; i < n; i++) {
-        float x = axis < 3 ? pti_axis(r[i].p, axis) : axis < 5 ? r[i].uv[axis - 3] : (float)r[i].face;
+        float x = axis < 3 ? pti_axis(r[i].p, axis) : (float)r[i].face;
         if (x < split) { pti_guide_record t = r[i]; r[i] = r[k]; r[k++] = t; }
     }
     return k;
 }
-static double pti_guide_directions(pti_guide *g, uint32_t *node, pti_guide_hit *r, uint32_t n, float x, float y, float size, double least) {
-    uint32_t at[5], k, self;
-    double mass[4], sum;
-    pti_guide_node *q;
-    sum = pti_guide_mass(r, n, size);
-    *node = 0;
-    if (!(sum > least) || n < GUIDE_HITS || g->node_count == g->node_capacity || size < 1.0f / 1024) return sum;
-    size *= 0.5f;
-    at[0] = 0; at[4] = n;
-    at[2] = pti_guide_part_hits(r, n, 1, y + size);
-    at[1] = pti_guide_part_hits(r, at[2], 0, x + size);
-    at[3] = at[2] + pti_guide_part_hits(r + at[2], n - at[2], 0, x + size);
-    self = g->node_count++;
-    for (sum = 0, k = 0; k < 4; k++)
-        sum += mass[k] = pti_guide_directions(g, &g->nodes[self].child[k], r + at[k], at[k + 1] - at[k], x + (float)(k & 1) * size,
-                                              y + (float)(k >> 1) * size, size, least);
-    q = g->nodes + self;
-    for (k = 0; k < 4; k++) q->share[k] = (float)((mass[k] / sum + GUIDE_PRIOR / 4 / n) / (1 + GUIDE_PRIOR / n));
-    *node = self;
-    return sum;
-}
-static void pti_guide_build_leaf(pti_guide *g, uint32_t cell, int depth) {
-    uint32_t i, n = 0, lo = g->range[depth].lo, hi = lo;
-    double mass;
-    float w = 1;
-    int level;
-    for (level = 0; level <= GUIDE_LEVELS && level <= depth; level++) {
-        uint32_t lo2 = g->range[depth - level].lo, hi2 = g->range[depth - level].hi;
-        for (i = lo2; i < hi2; i++) {
-            const pti_guide_record *r = g->records + i;
-            pti_guide_hit *h = g->hits + n;
-            if (i == lo && hi > lo) { i = hi - 1; continue; }
-            if (n == g->hit_capacity) break;
-            h->uv[0] = r->uv[0]; h->uv[1] = r->uv[1];
-            h->mass = w * (GUIDE_SECOND ? r->value * r->value * r->pdf : r->value);
-            n++;
-        }
-        lo = lo2; hi = hi2;
-        w *= GUIDE_FADE;
+static void pti_guide_build_leaf(pti_guide *g, pti_guide_cell *c, const pti_guide_record *r, uint32_t n) {
+    enum { ALL = GUIDE_GRID * GUIDE_GRID * GUIDE_GRID };
+    pti_guide_hit hits[3 * GUIDE_GRID + 3];
+    double mean = 0, total, rest = 0.5, background;
+    uint32_t i, used = 0;
+    int k, m, em;
+    pti_guide_window top[PTI_GUIDE_MOST];
+    uint32_t which[PTI_GUIDE_MOST];
+    c->share = 0; c->count = 0;
+    if (n < 32) return;
+    for (i = 0; i < n; i++) mean += (double)r[i].value;
+    mean /= n;
+    memset(g->voxels, 0, ALL * sizeof(float));
+    memset(g->sums, 0, ALL * sizeof(float));
+    for (i = 0; i < n; i++) {                            /* a first guess: all that were passed */
+        m = pti_guide_walk(g, r + i, hits);
+        for (k = 0; k < m; k++) g->voxels[hits[k].voxel] = 1;
     }
-    mass = pti_guide_mass(g->hits, n, 1);
-    if (mass > 0) pti_guide_directions(g, &g->cells[cell].node, g->hits, n, 0, 0, 1, GUIDE_MASS * mass);
+    for (k = 0; k < ALL; k++) used += g->voxels[k] > 0;
+    for (k = 0; k < ALL; k++) g->voxels[k] *= 0.5f / (float)used;
+    for (em = 0; em < GUIDE_EM; em++) {
+        total = background = 0;
+        for (i = 0; i < n; i++) {
+            double value = (double)r[i].value < GUIDE_CLIP * mean ? (double)r[i].value : GUIDE_CLIP * mean, p = rest * (double)r[i].plain, q = p;
+            m = pti_guide_walk(g, r + i, hits);
+            for (k = 0; k < m; k++) p += (double)(hits[k].pdf *= g->voxels[hits[k].voxel]);
+            if (!(p > 0)) continue;
+            for (k = 0; k < m; k++) g->sums[hits[k].voxel] += (float)(value * (double)hits[k].pdf / p);
+            background += value * q / p;
+            total += value;
+        }
+        for (k = 0; k < ALL; k++) { g->voxels[k] = (float)((double)g->sums[k] / total); g->sums[k] = 0; }
+        rest = background / total;
+    }
+    m = 0;
+    for (k = 0; k < ALL; k++) {                          /* the heaviest */
+        float w = g->voxels[k];
+        int at;
+        if (!(w > (float)GUIDE_MINW) || (m == PTI_GUIDE_MOST && w <= top[m - 1].weight)) continue;
+        at = m < PTI_GUIDE_MOST ? m++ : m - 1;
+        for (; at > 0 && top[at - 1].weight < w; at--) { top[at] = top[at - 1]; which[at] = which[at - 1]; }
+        top[at].weight = w;
+        top[at].center = pti_madd(pt_v3((float)(k % GUIDE_GRID) + .5f, (float)(k / GUIDE_GRID % GUIDE_GRID) + .5f,
+                                        (float)(k / GUIDE_GRID / GUIDE_GRID) + .5f), g->size, g->origin);
+        which[at] = (uint32_t)k;
+    }
+    (void)which;
+    if (g->window_count + (uint32_t)m > g->window_capacity) return;
+    for (c->share = 0, k = 0; k < m; k++) c->share += top[k].weight;
+    if (0) printf("cell n %u at %g %g %g face %u: rest %.3f, %d windows have %.3f: (%.2f %.2f %.2f) %.3f (%.2f %.2f %.2f) %.3f\n", n, r->p.x, r->p.y, r->p.z, r->face, rest, m, c->share, top[0].center.x, top[0].center.y, top[0].center.z, top[0].weight, top[1].center.x, top[1].center.y, top[1].center.z, top[1].weight);
+    for (k = 0; k < m; k++) top[k].weight /= c->share;
+    memcpy(g->windows + g->window_count, top, (size_t)m * sizeof *top);
+    c->first = g->window_count;
+    c->count = (uint32_t)m;
+    g->window_count += (uint32_t)m;
 }
 static void pti_guide_build(pti_guide *g, uint32_t cell, uint32_t lo, uint32_t hi, int depth) {
     pti_bounds b = pti_bounds_empty();
@@ -6324,16 +6334,15 @@ static void pti_guide_build(pti_guide *g, uint32_t cell, uint32_t lo, uint32_t h
     pti_guide_record *r = g->records + lo;
     pti_guide_cell *c = g->cells + cell;
     memset(c, 0, sizeof *c);
-    g->range[depth].lo = lo; g->range[depth].hi = hi;
     for (i = 0; i < n; i++) pti_bounds_point(&b, r[i].p);
     size = n ? pti_sub(b.hi, b.lo) : pt_v3(0, 0, 0);
     axis = size.x > size.y && size.x > size.z ? 0 : size.y > size.z ? 1 : 2;
-    if (n < 2 * GUIDE_LEAF || depth == 63 || g->cell_count + 2 > g->cell_capacity || !(pti_axis(size, axis) > 0)) { pti_guide_build_leaf(g, cell, depth); return; }
+    if (n < 2 * GUIDE_LEAF || depth == 63 || g->cell_count + 2 > g->cell_capacity || !(pti_axis(size, axis) > 0)) { pti_guide_build_leaf(g, c, r, n); return; }
     for (i = 0; i < n; i++) mean += (double)pti_axis(r[i].p, axis);
     c->split = (float)(mean / n);
     c->axis = (uint32_t)axis;
     k = pti_guide_part(r, n, axis, c->split);
-    if (k == 0 || k == n) { pti_guide_build_leaf(g, cell, depth); return; }
+    if (k == 0 || k == n) { pti_guide_build_leaf(g, c, r, n); return; }
     c->child = i = g->cell_count;
     g->cell_count += 2;
     pti_guide_build(g, i, lo, lo + k, depth + 1);
@@ -6341,28 +6350,44 @@ static void pti_guide_build(pti_guide *g, uint32_t cell, uint32_t lo, uint32_t h
 }
 static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
     pti_free(a, g->cells, g->cell_capacity, sizeof *g->cells);
-    pti_free(a, g->nodes, g->node_capacity, sizeof *g->nodes);
+    pti_free(a, g->windows, g->window_capacity, sizeof *g->windows);
     pti_free(a, g->records, g->record_capacity, sizeof *g->records);
+    pti_free(a, g->voxels, (size_t)GUIDE_GRID * GUIDE_GRID * GUIDE_GRID, 2 * sizeof *g->voxels);
 }
 static int pti_guide_create(pti_guide *g, const pt_allocator *a, uint32_t records) {
     if (getenv("RECS")) records = (uint32_t)atoi(getenv("RECS"));
     g->record_capacity = records;
-    g->hit_capacity = records;
-    g->hits = (pti_guide_hit *)pti_alloc(a, g->hit_capacity, sizeof *g->hits);
     g->cell_capacity = PTI_GUIDE_FACES + records / GUIDE_LEAF * 4;
-    g->node_capacity = records;
+    g->window_capacity = g->cell_capacity / 2 * PTI_GUIDE_MOST;
     g->cells = (pti_guide_cell *)pti_alloc(a, g->cell_capacity, sizeof *g->cells);
-    g->nodes = (pti_guide_node *)pti_alloc(a, g->node_capacity, sizeof *g->nodes);
+    g->windows = (pti_guide_window *)pti_alloc(a, g->window_capacity, sizeof *g->windows);
     g->records = (pti_guide_record *)pti_alloc(a, g->record_capacity, sizeof *g->records);
+    g->voxels = (float *)pti_alloc(a, (size_t)GUIDE_GRID * GUIDE_GRID * GUIDE_GRID, 2 * sizeof *g->voxels);
+    g->sums = g->voxels + GUIDE_GRID * GUIDE_GRID * GUIDE_GRID;
     g->cell_count = PTI_GUIDE_FACES;
-    g->node_count = 1;
-    return g->cells && g->nodes && g->records;
+    return g->cells && g->windows && g->records && g->voxels;
 }
 /* Everything anew, from the records. */
 static void pti_guide_refine(pti_guide *g) {
-    uint32_t face, at = 0;
+    pti_bounds b = pti_bounds_empty();
+    uint32_t face, at = 0, i;
+    float size;
+    pt_vec3 d;
+    for (i = 0; i < g->record_count; i++) {
+        const pti_guide_record *r = g->records + i;
+        pti_bounds_point(&b, r->p);
+        if (r->t < 1e12f) pti_bounds_point(&b, pti_madd(r->wi, r->t, r->p));
+    }
     g->cell_count = PTI_GUIDE_FACES;
-    g->node_count = 1;
+    g->window_count = 0;
+    memset(g->cells, 0, PTI_GUIDE_FACES * sizeof *g->cells);
+    if (!g->record_count) return;
+    d = pti_sub(b.hi, b.lo);
+    size = pti_max(d.x, pti_max(d.y, d.z)) * 1.01f / GUIDE_GRID;
+    g->size = size;
+    g->origin = pti_sub(pti_scale(pti_add(b.lo, b.hi), .5f), pt_v3(size * GUIDE_GRID / 2, size * GUIDE_GRID / 2, size * GUIDE_GRID / 2));
+    g->radius = GUIDE_R * size;
+    g->radius2 = g->radius * g->radius;
     for (face = 0; face < PTI_GUIDE_FACES; face++) {
         uint32_t n = pti_guide_part(g->records + at, g->record_count - at, 5, (float)face + 0.5f);
         pti_guide_build(g, face, at, at + n, 0);
@@ -6390,7 +6415,7 @@ typedef struct pti_mixture {
     float asked;                                         /* sum of their weight x importance; users is less once calmed */
     float guide;                                         /* w_i of the guide, and where in it x lies */
     const pti_guide *guided_by;
-    uint32_t directions;
+    const pti_guide_cell *cell;
 } pti_mixture;
 
 /* Does all scattering stay on wo's side? */
@@ -6430,7 +6455,7 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     int opaque, automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
     mix.scene = s; mix.x = surface->x; mix.surface = surface;
     mix.bsdf = 1; mix.lights = mix.environment = mix.users = mix.asked = mix.guide = 0;
-    mix.guided_by = NULL; mix.directions = 0;
+    mix.guided_by = NULL; mix.cell = NULL;
     mix.receiver.p = surface->x->p;
     mix.receiver.n = pt_v3(0, 0, 0);
     mix.sky = PTI_RECEIVER_ALL;
@@ -6523,9 +6548,9 @@ static void pti_mixture_learned(pti_mixture *m, const pti_shares *s) {
 static void pti_mixture_guided(pti_mixture *m, const pti_guide *g) {
     if (m->surface->delta > 0.999f) return;
     m->guided_by = g;
-    m->directions = pti_guide_find(g, pti_guide_face(m->x), m->x->p);
-    if (!m->directions) return;
-    m->guide = 0.5f * m->bsdf;
+    m->cell = pti_guide_find(g, pti_guide_face(m->x), m->x->p);
+    if (!m->cell->count) return;
+    m->guide = pti_min(m->cell->share, GUIDE_MAXG) * m->bsdf;
     m->bsdf -= m->guide;
 }
 /* A path that chose the BSDF again and again weighs up to (albedo / share)^depth, without bound in bright rooms: its second
@@ -6553,7 +6578,7 @@ static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
     p += pti_mixture_pdf_lights(m, wi);
-    if (m->guide > 0) p += m->guide * pti_guide_pdf(m->guided_by, m->directions, wi);
+    if (m->guide > 0) p += m->guide * pti_guide_pdf(m->guided_by, m->cell, m->x->p, wi);
     for (i = 0; m->users > 0 && i < s->density_count; i++) {
         share = pti_density_share(s->densities + i, m->x);
         if (share > 0) p += m->users / m->asked * share * s->densities[i].pdf(s->densities[i].user, m->x, wi);
@@ -6604,7 +6629,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
         drawn = pti_surface_sample(m->surface, u, v, choice[1], &scatter);
         step->wi = scatter.wi;
     } else if (m->guide > 0 && pti_split(&u, m->guide / others)) {
-        step->wi = pti_guide_sample(m->guided_by, m->directions, u, v);
+        step->wi = pti_guide_sample(m->guided_by, m->cell, m->x->p, u, v);
         drawn = 1;
     } else if (m->lights > 0 && pti_split(&u, m->lights / (others - m->guide))) {
         drawn = pti_lights_sample(&s->lights, &m->receiver, among, pti_u01(u), pti_u01(v), &step->wi);
@@ -6628,7 +6653,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     step->p = p;
     step->weight = pti_scale(f, 1 / p);
     if (m->guide > 0) {
-        float plain = p - m->guide * pti_guide_pdf(m->guided_by, m->directions, step->wi);
+        float plain = p - m->guide * pti_guide_pdf(m->guided_by, m->cell, m->x->p, step->wi);
         step->plain = (1 - m->guide) / pti_max(plain / p, 1e-3f);
     }
     return 1;
@@ -6649,15 +6674,20 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
     r->share[PTI_PART_GUIDE] = m->guide;
     r->share[PTI_PART_BSDF] = pti_max(1 - m->guide - (m->users + m->lights + m->environment) / calm, 0);
     r->part[PTI_PART_GUIDE] = step->p > 0 && m->guide > 0
-        ? pti_guide_pdf(m->guided_by, m->directions, step->wi) / step->p : 0.0f;
+        ? pti_guide_pdf(m->guided_by, m->cell, m->x->p, step->wi) / step->p : 0.0f;
     r->part[PTI_PART_BSDF] = step->p > 0 ? pti_surface_eval(m->surface, step->wi, &f) / step->p : 0.0f;
     r->part[PTI_PART_LIGHTS] = step->p > 0 && m->lights > 0
         ? pti_lights_pdf(&m->scene->lights, &m->receiver, step->wi) / step->p : 0.0f;
     r->part[PTI_PART_ENVIRONMENT] = step->p > 0 && m->environment > 0
         ? pti_environment_pdf(&m->scene->environment, m->sky, step->wi) / step->p : 0.0f;
-    if (m->guided_by)
-        pti_guide_note(m->x, step->wi, step->p, 1 - m->lights * r->part[PTI_PART_LIGHTS]
-                                                  - m->environment * r->part[PTI_PART_ENVIRONMENT], &r->guide);
+    if (m->guided_by) {
+        pti_guide_record *q = &r->guide;
+        q->p = m->x->p;
+        q->wi = step->wi;
+        q->t = 1e30f;
+        q->face = pti_guide_face(m->x);
+        q->plain = (step->p - m->guide * r->part[PTI_PART_GUIDE] * step->p) / (1 - m->guide);
+    }
 }
 static float pti_share_ratio(float L, float beta) { return L > 0 && beta > 0 ? L / beta : 0.0f; }
 static void pti_guide_learn(pti_guide *g, const pti_share_trail *trail, pt_vec3 L) {
@@ -6669,9 +6699,9 @@ static void pti_guide_learn(pti_guide *g, const pti_share_trail *trail, pt_vec3 
         float v = pti_luminance(pt_v3(pti_share_ratio(d.x, r->beta.x), pti_share_ratio(d.y, r->beta.y),
                                       pti_share_ratio(d.z, r->beta.z)));
         pti_guide_record *to = g->records + g->record_count;
-        if (!(r->guide.pdf > 0)) continue;
         *to = r->guide;
-        to->value = pti_max(to->value, 0) * v;
+        to->value = v;
+        if (i + 1 < trail->count) { pt_vec3 to_next = pti_sub(trail->records[i + 1].guide.p, r->guide.p); if (pti_dot(to_next, r->guide.wi) > .9999f * pti_length(to_next)) to->t = pti_length(to_next); }
         if (!(to->value > 0 && to->value < 1e15f)) continue;
         g->record_count++;
     }
@@ -6695,7 +6725,7 @@ static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec
 }
 /* The step, for all cells that were visited. */
 static void pti_shares_step(pti_shares *s) {
-    static const double least[PTI_PARTS] = { FLB, FLL, FLL, 0 };
+    static const double least[PTI_PARTS] = { 0.3, 0.15, 0.15, 0 };
     const double prior = PTI_SHARE_PRIOR;
     int i, k;
     for (i = 0; i < PTI_SHARE_CELLS; i++) {
@@ -7588,7 +7618,7 @@ static void pti_render_guide(pt_render *r) {
         }
         if (getenv("V")) fprintf(stderr, "pass %u: %u paths, %u records", pass, most, r->guide.record_count);
         pti_guide_refine(&r->guide);
-        if (getenv("V")) fprintf(stderr, " -> %u cells, %u nodes\n", r->guide.cell_count, r->guide.node_count);
+        if (getenv("V")) fprintf(stderr, " -> %u cells, %u windows\n", r->guide.cell_count, r->guide.window_count);
     }
     if (r->shares.cells) memset(r->shares.sums, 0, PTI_SHARE_CELLS * sizeof *r->shares.sums);
 }
