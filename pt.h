@@ -6145,10 +6145,10 @@ PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_inters
 #include <stdio.h>
 #include <stdlib.h>
 #ifndef GUIDE_LEAF
-#define GUIDE_LEAF 512
+#define GUIDE_LEAF 1024
 #endif
 #ifndef GUIDE_GRID
-#define GUIDE_GRID 32
+#define GUIDE_GRID 16
 #endif
 #ifndef GUIDE_EM
 #define GUIDE_EM 8
@@ -6172,7 +6172,7 @@ PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_inters
 #ifndef PTI_GUIDE_MOST
 #define PTI_GUIDE_MOST 32
 #endif
-typedef struct pti_guide_window { pt_vec3 center; float weight; } pti_guide_window;
+typedef struct pti_guide_window { pt_vec3 center; float weight, radius2; } pti_guide_window;
 /* child: of two, the second beside it; 0: it is a leaf, with windows. */
 typedef struct pti_guide_cell { float split; uint32_t child, axis, first, count; float share; } pti_guide_cell;
 typedef struct pti_guide_record { pt_vec3 p, wi; float t, value, plain; uint32_t face; } pti_guide_record;
@@ -6184,7 +6184,7 @@ typedef struct pti_guide {
     uint32_t window_count, window_capacity;
     pti_guide_record *records;
     uint32_t record_count, record_capacity;
-    float size, radius, radius2;                         /* of a voxel; of the ball round it */
+    float size;                                          /* of a voxel */
     pt_vec3 origin;
     float *voxels, *sums;                                /* weights while learning */
 } pti_guide;
@@ -6211,7 +6211,7 @@ static pt_vec3 pti_guide_sample(const pti_guide *g, const pti_guide_cell *c, pt_
     for (; w < last && !pti_split(&u, w->weight / left); w++) left -= w->weight;
     d = pti_sub(w->center, p);
     d2 = pti_dot(d, d);
-    size = pti_guide_cone(d2, g->radius2);
+    size = pti_guide_cone(d2, w->radius2);
     if (size == 2) return pti_sample_sphere(pti_u01(u), pti_u01(v));
     d = pti_normalize(d);
     pti_basis(d, &t, &b);
@@ -6223,43 +6223,68 @@ static float pti_guide_pdf(const pti_guide *g, const pti_guide_cell *c, pt_vec3 
     for (; w < end; w++) {
         pt_vec3 d = pti_sub(w->center, p);
         float d2 = pti_dot(d, d), along = pti_dot(d, wi);
-        if (d2 > g->radius2 && (along <= 0 || along * along < d2 - g->radius2)) continue;
-        sum += w->weight / pti_guide_cone(d2, g->radius2);
+        if (d2 > w->radius2 && (along <= 0 || along * along < d2 - w->radius2)) continue;
+        sum += w->weight / pti_guide_cone(d2, w->radius2);
     }
     return sum * (0.5f / PTI_PI);
 }
 
 /* ---- learning ---- */
 
-static void pti_guide_voxel(const pti_guide *g, pt_vec3 p, int v[3]) {
+/* Levels of cubes, each twice as large as the last. */
+#ifndef GUIDE_LEVELS
+#define GUIDE_LEVELS 1
+#endif
+#define GUIDE_ALL (GUIDE_GRID * GUIDE_GRID * GUIDE_GRID * 8 / 7 + 8)
+static void pti_guide_voxel(const pti_guide *g, pt_vec3 p, float size, int grid, int v[3]) {
     int k;
-    for (k = 0; k < 3; k++) v[k] = (int)floorf(pti_clamp((pti_axis(p, k) - pti_axis(g->origin, k)) / g->size, -1, GUIDE_GRID));
+    for (k = 0; k < 3; k++) v[k] = (int)floorf(pti_clamp((pti_axis(p, k) - pti_axis(g->origin, k)) / size, -1, (float)grid));
 }
 typedef struct pti_guide_hit { uint32_t voxel; float pdf; } pti_guide_hit;
 /* The voxels along the record's way, and the density with which the ball round each would have drawn it. */
-static int pti_guide_walk(const pti_guide *g, const pti_guide_record *r, pti_guide_hit *hits) {
+static int pti_guide_walk_level(const pti_guide *g, const pti_guide_record *r, int grid, float size, uint32_t first, pti_guide_hit *hits) {
     int v[3], step[3], k, n = 0;
-    float next[3], delta[3], o, d;
-    pti_guide_voxel(g, r->p, v);
+    float next[3], delta[3], o, d, r2 = size * size * (GUIDE_R * GUIDE_R);
+    pti_guide_voxel(g, r->p, size, grid, v);
     for (k = 0; k < 3; k++) {
-        if (v[k] < 0 || v[k] >= GUIDE_GRID) return 0;
-        o = (pti_axis(r->p, k) - pti_axis(g->origin, k)) / g->size;
-        d = pti_axis(r->wi, k) / g->size;
+        if (v[k] < 0 || v[k] >= grid) return 0;
+        o = (pti_axis(r->p, k) - pti_axis(g->origin, k)) / size;
+        d = pti_axis(r->wi, k) / size;
         step[k] = d < 0 ? -1 : 1;
         delta[k] = fabsf(d) > 1e-12f ? 1 / fabsf(d) : 1e30f;
         next[k] = fabsf(d) > 1e-12f ? ((float)v[k] + (d > 0 ? 1.0f : 0.0f) - o) / d : 1e30f;
     }
     for (;;) {
-        pt_vec3 c = pti_sub(pti_madd(pt_v3((float)v[0] + .5f, (float)v[1] + .5f, (float)v[2] + .5f), g->size, g->origin), r->p);
+        pt_vec3 c = pti_sub(pti_madd(pt_v3((float)v[0] + .5f, (float)v[1] + .5f, (float)v[2] + .5f), size, g->origin), r->p);
         k = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : next[1] < next[2] ? 1 : 2;
-        hits[n].voxel = (uint32_t)(v[0] + GUIDE_GRID * (v[1] + GUIDE_GRID * v[2]));
-        hits[n].pdf = 0.5f / PTI_PI / pti_guide_cone(pti_dot(c, c), g->radius2);
+        hits[n].voxel = first + (uint32_t)(v[0] + grid * (v[1] + grid * v[2]));
+        hits[n].pdf = 0.5f / PTI_PI / pti_guide_cone(pti_dot(c, c), r2);
         n++;
         if (next[k] > r->t) return n;
         v[k] += step[k];
-        if (v[k] < 0 || v[k] >= GUIDE_GRID) return n;
+        if (v[k] < 0 || v[k] >= grid) return n;
         next[k] += delta[k];
     }
+}
+static int pti_guide_walk(const pti_guide *g, const pti_guide_record *r, pti_guide_hit *hits) {
+    int n = 0, level, grid = GUIDE_GRID;
+    float size = g->size;
+    uint32_t first = 0;
+    for (level = 0; level < GUIDE_LEVELS; level++) {
+        n += pti_guide_walk_level(g, r, grid, size, first, hits + n);
+        first += (uint32_t)(grid * grid * grid);
+        grid /= 2;
+        size *= 2;
+    }
+    return n;
+}
+static void pti_guide_window_of(const pti_guide *g, int k, float weight, pti_guide_window *w) {
+    int grid = GUIDE_GRID;
+    float size = g->size;
+    while (k >= grid * grid * grid) { k -= grid * grid * grid; grid /= 2; size *= 2; }
+    w->weight = weight;
+    w->radius2 = size * size * (GUIDE_R * GUIDE_R);
+    w->center = pti_madd(pt_v3((float)(k % grid) + .5f, (float)(k / grid % grid) + .5f, (float)(k / grid / grid) + .5f), size, g->origin);
 }
 static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float split) {
     uint32_t i, k = 0;
@@ -6270,8 +6295,8 @@ static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float 
     return k;
 }
 static void pti_guide_build_leaf(pti_guide *g, pti_guide_cell *c, const pti_guide_record *r, uint32_t n) {
-    enum { ALL = GUIDE_GRID * GUIDE_GRID * GUIDE_GRID };
-    pti_guide_hit hits[3 * GUIDE_GRID + 3];
+    enum { ALL = GUIDE_ALL };
+    pti_guide_hit hits[6 * GUIDE_GRID + 9];
     double mean = 0, total, rest = 0.5, background;
     uint32_t i, used = 0;
     int k, m, em;
@@ -6310,9 +6335,7 @@ static void pti_guide_build_leaf(pti_guide *g, pti_guide_cell *c, const pti_guid
         if (!(w > (float)GUIDE_MINW) || (m == PTI_GUIDE_MOST && w <= top[m - 1].weight)) continue;
         at = m < PTI_GUIDE_MOST ? m++ : m - 1;
         for (; at > 0 && top[at - 1].weight < w; at--) { top[at] = top[at - 1]; which[at] = which[at - 1]; }
-        top[at].weight = w;
-        top[at].center = pti_madd(pt_v3((float)(k % GUIDE_GRID) + .5f, (float)(k / GUIDE_GRID % GUIDE_GRID) + .5f,
-                                        (float)(k / GUIDE_GRID / GUIDE_GRID) + .5f), g->size, g->origin);
+        pti_guide_window_of(g, k, w, top + at);
         which[at] = (uint32_t)k;
     }
     (void)which;
@@ -6352,7 +6375,7 @@ static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
     pti_free(a, g->cells, g->cell_capacity, sizeof *g->cells);
     pti_free(a, g->windows, g->window_capacity, sizeof *g->windows);
     pti_free(a, g->records, g->record_capacity, sizeof *g->records);
-    pti_free(a, g->voxels, (size_t)GUIDE_GRID * GUIDE_GRID * GUIDE_GRID, 2 * sizeof *g->voxels);
+    pti_free(a, g->voxels, (size_t)GUIDE_ALL, 2 * sizeof *g->voxels);
 }
 static int pti_guide_create(pti_guide *g, const pt_allocator *a, uint32_t records) {
     if (getenv("RECS")) records = (uint32_t)atoi(getenv("RECS"));
@@ -6362,8 +6385,8 @@ static int pti_guide_create(pti_guide *g, const pt_allocator *a, uint32_t record
     g->cells = (pti_guide_cell *)pti_alloc(a, g->cell_capacity, sizeof *g->cells);
     g->windows = (pti_guide_window *)pti_alloc(a, g->window_capacity, sizeof *g->windows);
     g->records = (pti_guide_record *)pti_alloc(a, g->record_capacity, sizeof *g->records);
-    g->voxels = (float *)pti_alloc(a, (size_t)GUIDE_GRID * GUIDE_GRID * GUIDE_GRID, 2 * sizeof *g->voxels);
-    g->sums = g->voxels + GUIDE_GRID * GUIDE_GRID * GUIDE_GRID;
+    g->voxels = (float *)pti_alloc(a, (size_t)GUIDE_ALL, 2 * sizeof *g->voxels);
+    g->sums = g->voxels + GUIDE_ALL;
     g->cell_count = PTI_GUIDE_FACES;
     return g->cells && g->windows && g->records && g->voxels;
 }
@@ -6386,8 +6409,6 @@ static void pti_guide_refine(pti_guide *g) {
     size = pti_max(d.x, pti_max(d.y, d.z)) * 1.01f / GUIDE_GRID;
     g->size = size;
     g->origin = pti_sub(pti_scale(pti_add(b.lo, b.hi), .5f), pt_v3(size * GUIDE_GRID / 2, size * GUIDE_GRID / 2, size * GUIDE_GRID / 2));
-    g->radius = GUIDE_R * size;
-    g->radius2 = g->radius * g->radius;
     for (face = 0; face < PTI_GUIDE_FACES; face++) {
         uint32_t n = pti_guide_part(g->records + at, g->record_count - at, 5, (float)face + 0.5f);
         pti_guide_build(g, face, at, at + n, 0);
