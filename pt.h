@@ -6145,7 +6145,7 @@ PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_inters
 #include <stdio.h>
 #include <stdlib.h>
 #ifndef GUIDE_LEAF
-#define GUIDE_LEAF 1024
+#define GUIDE_LEAF 512
 #endif
 #ifndef GUIDE_GRID
 #define GUIDE_GRID 16
@@ -6157,25 +6157,35 @@ PT_DEF int pt_occluded(const pt_scene *s, const pt_ray *ray) { return pti_inters
 #define GUIDE_PASSES 3
 #endif
 #ifndef GUIDE_CLIP
-#define GUIDE_CLIP 20
+#define GUIDE_CLIP 200
 #endif
 #ifndef GUIDE_MINW
-#define GUIDE_MINW 0.003
+#define GUIDE_MINW 0.0005
 #endif
 #ifndef GUIDE_MAXG
 #define GUIDE_MAXG 0.7f
+#endif
+#ifndef GUIDE_LEASTL
+#define GUIDE_LEASTL .1f
+#endif
+#ifndef GUIDE_LEASTB
+#define GUIDE_LEASTB .25f
+#endif
+#ifndef GUIDE_OFF
+#define GUIDE_OFF .02f
 #endif
 #ifndef GUIDE_R
 #define GUIDE_R 0.866f
 #endif
 #define PTI_GUIDE_FACES 6
+enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PARTS };
 #ifndef PTI_GUIDE_MOST
-#define PTI_GUIDE_MOST 32
+#define PTI_GUIDE_MOST 48
 #endif
 typedef struct pti_guide_window { pt_vec3 center; float weight, radius2; } pti_guide_window;
 /* child: of two, the second beside it; 0: it is a leaf, with windows. */
-typedef struct pti_guide_cell { float split; uint32_t child, axis, first, count; float share; } pti_guide_cell;
-typedef struct pti_guide_record { pt_vec3 p, wi; float t, value, plain; uint32_t face; } pti_guide_record;
+typedef struct pti_guide_cell { float split; uint32_t child, axis, first, count; float share, part[PTI_PARTS]; } pti_guide_cell;
+typedef struct pti_guide_record { pt_vec3 p, wi; float t, value, part[PTI_PARTS]; uint32_t face; } pti_guide_record;
 
 typedef struct pti_guide {
     pti_guide_cell *cells;
@@ -6297,7 +6307,7 @@ static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float 
 static void pti_guide_build_leaf(pti_guide *g, pti_guide_cell *c, const pti_guide_record *r, uint32_t n) {
     enum { ALL = GUIDE_ALL };
     pti_guide_hit hits[6 * GUIDE_GRID + 9];
-    double mean = 0, total, rest = 0.5, background;
+    double mean = 0, total, w[PTI_PARTS], sum[PTI_PARTS], q[PTI_PARTS];
     uint32_t i, used = 0;
     int k, m, em;
     pti_guide_window top[PTI_GUIDE_MOST];
@@ -6314,19 +6324,21 @@ static void pti_guide_build_leaf(pti_guide *g, pti_guide_cell *c, const pti_guid
     }
     for (k = 0; k < ALL; k++) used += g->voxels[k] > 0;
     for (k = 0; k < ALL; k++) g->voxels[k] *= 0.5f / (float)used;
+    for (k = 0; k < PTI_PARTS; k++) w[k] = 0.5 / PTI_PARTS;
     for (em = 0; em < GUIDE_EM; em++) {
-        total = background = 0;
+        total = sum[0] = sum[1] = sum[2] = 0;
         for (i = 0; i < n; i++) {
-            double value = (double)r[i].value < GUIDE_CLIP * mean ? (double)r[i].value : GUIDE_CLIP * mean, p = rest * (double)r[i].plain, q = p;
+            double value = (double)r[i].value < GUIDE_CLIP * mean ? (double)r[i].value : GUIDE_CLIP * mean, p = 0;
+            for (k = 0; k < PTI_PARTS; k++) p += q[k] = w[k] * (double)r[i].part[k];
             m = pti_guide_walk(g, r + i, hits);
             for (k = 0; k < m; k++) p += (double)(hits[k].pdf *= g->voxels[hits[k].voxel]);
             if (!(p > 0)) continue;
             for (k = 0; k < m; k++) g->sums[hits[k].voxel] += (float)(value * (double)hits[k].pdf / p);
-            background += value * q / p;
+            for (k = 0; k < PTI_PARTS; k++) sum[k] += value * q[k] / p;
             total += value;
         }
         for (k = 0; k < ALL; k++) { g->voxels[k] = (float)((double)g->sums[k] / total); g->sums[k] = 0; }
-        rest = background / total;
+        for (k = 0; k < PTI_PARTS; k++) w[k] = sum[k] / total;
     }
     m = 0;
     for (k = 0; k < ALL; k++) {                          /* the heaviest */
@@ -6341,7 +6353,8 @@ static void pti_guide_build_leaf(pti_guide *g, pti_guide_cell *c, const pti_guid
     (void)which;
     if (g->window_count + (uint32_t)m > g->window_capacity) return;
     for (c->share = 0, k = 0; k < m; k++) c->share += top[k].weight;
-    if (0) printf("cell n %u at %g %g %g face %u: rest %.3f, %d windows have %.3f: (%.2f %.2f %.2f) %.3f (%.2f %.2f %.2f) %.3f\n", n, r->p.x, r->p.y, r->p.z, r->face, rest, m, c->share, top[0].center.x, top[0].center.y, top[0].center.z, top[0].weight, top[1].center.x, top[1].center.y, top[1].center.z, top[1].weight);
+    if (c->share < GUIDE_OFF) return;
+    for (k = 0; k < PTI_PARTS; k++) c->part[k] = (float)w[k];
     for (k = 0; k < m; k++) top[k].weight /= c->share;
     memcpy(g->windows + g->window_count, top, (size_t)m * sizeof *top);
     c->first = g->window_count;
@@ -6518,7 +6531,6 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
 #define PTI_SHARE_CELLS 4096
 #define PTI_SHARE_PRIOR 4                                /* as many records say that all is well as it is */
 #define PTI_SHARE_TRAIL 16                               /* vertices of a path that are remembered */
-enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PART_GUIDE, PTI_PARTS };
 typedef struct pti_share { float part[PTI_PARTS]; } pti_share;           /* all 0: nobody was here */
 /* Of records; of the shares that they found, and of v^2 p_i / p. */
 typedef struct pti_share_sums { double count, share[PTI_PARTS], part[PTI_PARTS]; } pti_share_sums;
@@ -6557,22 +6569,32 @@ static void pti_mixture_learned(pti_mixture *m, const pti_shares *s) {
     float free_share = 1 - m->users, sum;
     const float *w = s->cells[pti_share_cell(s, m->x)].part;
     float lights = m->lights > 0 ? w[PTI_PART_LIGHTS] : 0.0f, environment = m->environment > 0 ? w[PTI_PART_ENVIRONMENT] : 0.0f;
-    float guide = m->guide > 0 ? w[PTI_PART_GUIDE] : 0.0f;
-    sum = w[PTI_PART_BSDF] + lights + environment + guide;
+    sum = w[PTI_PART_BSDF] + lights + environment;
     if (!(sum > 0)) return;
     m->lights = free_share * lights / sum;
     m->environment = free_share * environment / sum;
-    m->guide = free_share * guide / sum;
-    m->bsdf = free_share - m->lights - m->environment - m->guide;
+    m->bsdf = free_share - m->lights - m->environment;
 }
-/* The guide gets half of what the BSDF has, as long as nobody knows better. */
-static void pti_mixture_guided(pti_mixture *m, const pti_guide *g) {
+static void pti_mixture_guided(pti_mixture *m, const pti_guide *g, int automatic) {
+    const pti_guide_cell *c;
+    float free_share = 1 - m->users, l, e, b, sum;
     if (m->surface->delta > 0.999f) return;
     m->guided_by = g;
-    m->cell = pti_guide_find(g, pti_guide_face(m->x), m->x->p);
-    if (!m->cell->count) return;
-    m->guide = pti_min(m->cell->share, GUIDE_MAXG) * m->bsdf;
-    m->bsdf -= m->guide;
+    m->cell = c = pti_guide_find(g, pti_guide_face(m->x), m->x->p);
+    if (!c->count) return;
+    if (!automatic) {
+        m->guide = m->bsdf * c->share / (c->share + c->part[PTI_PART_BSDF]) * GUIDE_MAXG;
+        m->bsdf -= m->guide;
+        return;
+    }
+    l = m->lights > 0 ? pti_max(c->part[PTI_PART_LIGHTS], GUIDE_LEASTL) : 0.0f;
+    e = m->environment > 0 ? pti_max(c->part[PTI_PART_ENVIRONMENT], GUIDE_LEASTL) : 0.0f;
+    b = pti_max(c->part[PTI_PART_BSDF], GUIDE_LEASTB);
+    sum = l + e + b + c->share;
+    m->lights = free_share * l / sum;
+    m->environment = free_share * e / sum;
+    m->guide = free_share * c->share / sum;
+    m->bsdf = free_share - m->lights - m->environment - m->guide;
 }
 /* A path that chose the BSDF again and again weighs up to (albedo / share)^depth, without bound in bright rooms: its second
    moment diverges. So a path whose potential (see >>path: its throughput, deltas left out) has grown above 1 gives the other
@@ -6592,19 +6614,23 @@ static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi) {
 }
 /* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
    that is 0, nobody wants to know p. */
-static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
+static float pti_mixture_pdf_parts(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f, float *guided) {
     const pt_scene *s = m->scene;
     float p, share;
     size_t i;
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
     p += pti_mixture_pdf_lights(m, wi);
-    if (m->guide > 0) p += m->guide * pti_guide_pdf(m->guided_by, m->cell, m->x->p, wi);
+    if (m->guide > 0) p += *guided = m->guide * pti_guide_pdf(m->guided_by, m->cell, m->x->p, wi);
     for (i = 0; m->users > 0 && i < s->density_count; i++) {
         share = pti_density_share(s->densities + i, m->x);
         if (share > 0) p += m->users / m->asked * share * s->densities[i].pdf(s->densities[i].user, m->x, wi);
     }
     return p;
+}
+static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
+    float guided = 0;
+    return pti_mixture_pdf_parts(m, wi, f, &guided);
 }
 static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const float u[2], pt_vec3 *wi) {
     const pt_density_desc *d = m->scene->densities, *last = d + m->scene->density_count, *drawn = d;
@@ -6637,7 +6663,7 @@ typedef struct pti_step { pt_vec3 wi, weight; int delta; float p, plain; } pti_s
    0: the path ends here. */
 static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, const uint32_t choice[2], pti_step *step) {
     const pt_scene *s = m->scene;
-    float others = 1 - m->bsdf, uv[2], p;
+    float others = 1 - m->bsdf, uv[2], guided = 0, p;
     uint32_t among = choice[0];
     pt_vec3 f;
     pt_scatter scatter;
@@ -6669,14 +6695,11 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     }
     step->weight = pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the path will see it */
     if (!pti_is_direction(step->wi)) return 1;
-    p = pti_mixture_pdf(m, step->wi, &f);
+    p = pti_mixture_pdf_parts(m, step->wi, &f, &guided);
     if (pti_is_zero3(f) || p <= 0) return 0;             /* NaN goes on: the film will count it */
     step->p = p;
     step->weight = pti_scale(f, 1 / p);
-    if (m->guide > 0) {
-        float plain = p - m->guide * pti_guide_pdf(m->guided_by, m->cell, m->x->p, step->wi);
-        step->plain = (1 - m->guide) / pti_max(plain / p, 1e-3f);
-    }
+    if (guided > 0) step->plain = (1 - m->guide) / pti_max(1 - guided / p, 1e-3f);
     return 1;
 }
 
@@ -6685,6 +6708,7 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
                              pt_vec3 beta, pti_share_trail *trail) {
     pti_share_record *r = trail->records + trail->count;
     pt_vec3 f;
+    int k;
     if (trail->count == PTI_SHARE_TRAIL || step->delta || (m->bsdf + m->users >= 1 && !m->guided_by)) return;
     trail->count++;
     r->cell = pti_share_cell(s, m->x);
@@ -6692,10 +6716,7 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
     r->beta = beta;
     r->share[PTI_PART_LIGHTS] = m->lights / calm;        /* as it was; of calm there is time enough later */
     r->share[PTI_PART_ENVIRONMENT] = m->environment / calm;
-    r->share[PTI_PART_GUIDE] = m->guide;
     r->share[PTI_PART_BSDF] = pti_max(1 - m->guide - (m->users + m->lights + m->environment) / calm, 0);
-    r->part[PTI_PART_GUIDE] = step->p > 0 && m->guide > 0
-        ? pti_guide_pdf(m->guided_by, m->cell, m->x->p, step->wi) / step->p : 0.0f;
     r->part[PTI_PART_BSDF] = step->p > 0 ? pti_surface_eval(m->surface, step->wi, &f) / step->p : 0.0f;
     r->part[PTI_PART_LIGHTS] = step->p > 0 && m->lights > 0
         ? pti_lights_pdf(&m->scene->lights, &m->receiver, step->wi) / step->p : 0.0f;
@@ -6707,7 +6728,7 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
         q->wi = step->wi;
         q->t = 1e30f;
         q->face = pti_guide_face(m->x);
-        q->plain = (step->p - m->guide * r->part[PTI_PART_GUIDE] * step->p) / (1 - m->guide);
+        for (k = 0; k < PTI_PARTS; k++) q->part[k] = r->part[k] * step->p;
     }
 }
 static float pti_share_ratio(float L, float beta) { return L > 0 && beta > 0 ? L / beta : 0.0f; }
@@ -6746,7 +6767,7 @@ static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec
 }
 /* The step, for all cells that were visited. */
 static void pti_shares_step(pti_shares *s) {
-    static const double least[PTI_PARTS] = { 0.3, 0.15, 0.15, 0 };
+    static const double least[PTI_PARTS] = { 0.3, 0.15, 0.15 };
     const double prior = PTI_SHARE_PRIOR;
     int i, k;
     for (i = 0; i < PTI_SHARE_CELLS; i++) {
@@ -7007,8 +7028,8 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
         if (t->max_diffuse && diffuse == t->max_diffuse && !pti_surface_drop_diffuse(&surface)) return L;
         if (!pti_path_goes_on(t, &surface, &beta, &potential, pti_hash2(sampler->index, u[0]))) return L;
         mix = pti_mixture_at(s, &surface, &t->weights);
-        if (t->guide) pti_mixture_guided(&mix, t->guide);
         if (t->shares && mix.bsdf < 1) pti_mixture_learned(&mix, t->shares);
+        if (t->guide) pti_mixture_guided(&mix, t->guide, t->shares != NULL);
         calm = pti_mixture_calm(&mix, pti_largest(potential));
         if (t->integrator) L = pti_add(L, pti_mul(beta, pti_nee_at(t, &mix, sampler, (uint32_t)depth, &nee, rays)));
         drawn = pti_mixture_sample(&mix, u[0], u[1], choice, &step);
@@ -7682,13 +7703,7 @@ static int pti_render_learn(pt_render *r) {              /* 0: cancelled */
         memset(r->shares.sums, 0, PTI_SHARE_CELLS * sizeof *r->shares.sums);
         r->learned = learned = pti_render_ahead(r, 0);
         if (learned && r->desc.guide) {
-            int c;
-            for (c = 0; c < PTI_SHARE_CELLS; c++) {
-                float *w = r->shares.cells[c].part;
-                w[PTI_PART_BSDF] *= 0.5f; w[PTI_PART_GUIDE] = w[PTI_PART_BSDF];
-            }
             pti_render_guide(r);
-            if (!getenv("NOAGAIN")) learned = pti_render_ahead(r, 1);
         }
         pti_fpmode_leave(mode);
     }
