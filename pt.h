@@ -9381,7 +9381,7 @@ PT_DEF void pt_render_cancel(pt_render *r) {
 static void pti_render_warn(pt_render *r, uint64_t exceeded) {
     const pt_logger *l = &r->error.logger;
     if (exceeded && !r->stats.exceeded && l->log)
-        l->log(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max; such samples are discarded");
+        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max; such samples are discarded");
     r->stats.exceeded += exceeded;
 }
 PT_DEF pt_result pt_render_work(pt_render *r) {

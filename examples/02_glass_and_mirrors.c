@@ -27,7 +27,7 @@ int main(int argc, char **argv) {
     if (pt_scene_commit(s) != PT_OK) { fprintf(stderr, "%s\n", pt_scene_error(s)); return 1; }
 
     /* Light that has gone into the glass needs some more bounces to come out again: 16 of them. */
-    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 384, .spp = 32, .max_depth = 16,
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 512, .height = 384, .spp = 48, .max_depth = 16,
         .camera = { .eye = {0, 1.5f, 6.2f}, .target = {0, 1.4f, 0}, .vfov_deg = 36 } });
     pt_result result = pt_render_run(r);
     if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "glass.png", pt_render_pixels(r), 512, 384, NULL);
