@@ -52,6 +52,7 @@
      >>material   from numbers and textures to lobes
      >>light      emitters by solid angle, the light tree, suns, the sky, environments
      >>scene      adding, checking, committing
+    >>guide      a density that learns where light comes from
      >>mixture    the one density that a path draws its next direction from
      >>path       the estimator
      >>camera     projections, the lens, the shutter
@@ -528,6 +529,11 @@ typedef struct pt_render_desc {
     pt_weights weights;                                   /* NEE: lights to environment as here; none with bsdf alone */
     pt_integrator integrator;
     pt_roulette roulette;
+    int guide;                                            /* samples a pixel, up to 65536, that path guiding learns from before
+                                                             the picture, and that are thrown away; 0 = no guiding. For
+                                                             light that comes through a gap or by way of glass: an eighth
+                                                             of spp, and spp in the hundreds. Where lamps light what is
+                                                             seen it costs more than it brings. Up to 28 MB more */
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
                                                              finished it; nonzero cancels. It may call pt_render_pixels,
@@ -7954,11 +7960,297 @@ PT_DEF size_t pt_occluded_all(const pt_scene *s, const pt_ray *rays, size_t coun
     return found;
 }
 
+/* ---- >>guide -------------------------------------------------------------------------------------------
+   A density that learns where light comes from: through which window. Paths that go ahead of the picture leave a record at
+   each vertex x: the direction wi that they took, how far it went, and what came of it, v = f L |cos| / p. Space is cut into
+   cubes, and each cube k, seen from x, is a window: a cone of directions round the one to its middle, at distance d_k, with
+       tan(a_k / 2) = r / d_k:    cos a_k = (d_k^2 - r^2) / (d_k^2 + r^2),
+       p_k(wi) = 1 / (2 pi (1 - cos a_k)) = (d_k^2 + r^2) / (4 pi r^2) inside, 0 outside:
+   from afar, as wide as the ball of radius 2 r round the cube; from its middle, all directions; without a root or a division.
+   The guide is a mixture of those, sum_k w_k p_k, with weights that hold for all surfaces of a cell that look the same way.
+   What lies behind a door's gap, or under a glass ball, is seen through few such windows, and from wherever one stands they are
+   aimed at just so: a cell can be as large as a wall, and learns from few records. (Trees over directions, Mueller et
+   al. 2017, need small cells, since directions to what is near change with x: on a door ajar, twenty times the records did
+   worse. That parallax matters is Ruppert et al.'s point, 2020.) The cubes along a record's way are the windows that it
+   may have come through; weights are found by expectation maximisation (Dempster, Laird and Rubin 1977),
+       r_k = w_k p_k(wi) / sum_j w_j p_j(wi),    w_k  <-  sum v r_k / sum v,
+   the other parts of the mixture, BSDF, lights and environment, being three more j: so windows are left with what those
+   do not find, and each cell has its shares of the mixture, too. */
+#define PTI_GUIDE_FACES 6                                /* main directions that surfaces look along */
+#define PTI_GUIDE_GRID 16                                /* cubes along the longest side of what was seen */
+#define PTI_GUIDE_CUBES (PTI_GUIDE_GRID * PTI_GUIDE_GRID * PTI_GUIDE_GRID)
+#define PTI_GUIDE_WINDOWS 48                             /* of a cell, at most: those that weigh most */
+#define PTI_GUIDE_LANES 8                                /* side by side, for compilers that use them so */
+#define PTI_GUIDE_PANES (PTI_GUIDE_WINDOWS / PTI_GUIDE_LANES)
+#define PTI_GUIDE_LIGHTEST 0.0005f                       /* what weighs less is noise */
+#define PTI_GUIDE_LEAST 0.02f                            /* a cell whose windows weigh less in all has none */
+#define PTI_GUIDE_CELL 512                               /* records, for it to be divided when it has twice as many */
+#define PTI_GUIDE_FEW 32                                 /* too few records to learn from */
+#define PTI_GUIDE_STEPS 8                                /* of expectation maximisation */
+#define PTI_GUIDE_BRIGHT 200                             /* v counts for up to so many times its mean */
+#define PTI_GUIDE_RECORDS 524288                         /* that are kept at a time; each has come to light */
+enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PARTS };
+
+typedef struct pti_guide_window { pt_vec3 center; float weight; } pti_guide_window;
+typedef struct pti_guide_pane { float x[PTI_GUIDE_LANES], y[PTI_GUIDE_LANES], z[PTI_GUIDE_LANES], weight[PTI_GUIDE_LANES]; }
+    pti_guide_pane;
+/* Divided at split into two, child and the one beside it; or, with child 0, a leaf: count panes of windows, the guide's share
+   of the mixture, and the other parts'. */
+typedef struct pti_guide_cell {
+    float split;
+    uint32_t axis, child, first, count;
+    float share, part[PTI_PARTS];
+} pti_guide_cell;
+typedef struct pti_guide_record {
+    pt_vec3 p, wi;
+    float distance, value, part[PTI_PARTS];              /* value: v; part: the other parts' densities of wi */
+    uint32_t face;
+} pti_guide_record;
+typedef struct pti_guide {
+    pti_guide_cell *cells;                               /* the first six: one a face */
+    pti_guide_pane *panes;
+    pti_guide_record *records;
+    float *cubes, *sums;                                 /* weights of all cubes, while a cell learns */
+    uint32_t cell_count, cell_capacity, pane_count, pane_capacity, record_count, record_capacity;
+    pt_vec3 origin;                                      /* of the cubes */
+    float size, radius2;                                 /* a cube's side; r^2 */
+} pti_guide;
+
+/* Which of +-x, +-y, +-z the side of the surface that wo is on looks along. */
+static uint32_t pti_guide_face(const pt_vertex *x) {
+    pt_vec3 n = pti_dot(x->ng, x->wo) < 0 ? pti_neg(x->ng) : x->ng;
+    float ax = fabsf(n.x), ay = fabsf(n.y), az = fabsf(n.z);
+    return ax >= ay && ax >= az ? n.x < 0 : ay >= az ? 2u + (n.y < 0) : 4u + (n.z < 0);
+}
+static const pti_guide_cell *pti_guide_find(const pti_guide *g, uint32_t face, pt_vec3 p) {
+    const pti_guide_cell *c = g->cells + face;
+    while (c->child) c = g->cells + c->child + (pti_axis(p, (int)c->axis) >= c->split);
+    return c;
+}
+/* 1 / (1 - cos a), d2 being the square of the distance. */
+static float pti_guide_narrow(const pti_guide *g, float d2) { return 0.5f + 0.5f * d2 / g->radius2; }
+static pt_vec3 pti_guide_sample(const pti_guide *g, const pti_guide_cell *c, pt_vec3 p, uint32_t u, uint32_t v) {
+    const pti_guide_pane *pane = g->panes + c->first;
+    uint32_t k = 0, last = c->count * PTI_GUIDE_LANES - 1;
+    double left = (double)u * (1.0 / 4294967296.0), weight;
+    float one_minus_cos;
+    pt_vec3 d;
+    while ((weight = (double)pane[k / PTI_GUIDE_LANES].weight[k % PTI_GUIDE_LANES]) <= left && k < last) {
+        left -= weight;
+        k++;
+    }
+    pane += k / PTI_GUIDE_LANES;
+    k %= PTI_GUIDE_LANES;
+    d = pti_sub(pt_v3(pane->x[k], pane->y[k], pane->z[k]), p);
+    one_minus_cos = 1 / pti_guide_narrow(g, pti_dot(d, d));
+    u = left < weight ? (uint32_t)(left / weight * 4294967296.0) : 0xffffffffu;               /* whole again */
+    d = pti_is_zero3(d) ? pt_v3(0, 0, 1) : pti_normalize(d);
+    return pti_sample_cone_about(d, one_minus_cos, pti_u01(u), pti_u01(v));
+}
+/* Inside is d . wi / |d| >= cos a; squared, with the signs kept. Each lane on its own, without a branch, in this order. */
+static float pti_guide_pdf(const pti_guide *g, const pti_guide_cell *c, pt_vec3 p, pt_vec3 wi) {
+    const pti_guide_pane *w = g->panes + c->first, *end = w + c->count;
+    float sum[PTI_GUIDE_LANES] = { 0, 0, 0, 0, 0, 0, 0, 0 }, r2 = g->radius2;
+    int k;
+    for (; w < end; w++)
+        for (k = 0; k < PTI_GUIDE_LANES; k++) {
+            float x = w->x[k] - p.x, y = w->y[k] - p.y, z = w->z[k] - p.z, d2 = x * x + y * y + z * z;
+            float along = (x * wi.x + y * wi.y + z * wi.z) * (d2 + r2), far = d2 - r2;
+            sum[k] += w->weight[k] * (d2 + r2) * (0.5f + copysignf(0.5f, along * fabsf(along) - d2 * far * fabsf(far)));
+        }
+    return (((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]))) / (4 * PTI_PI * r2);
+}
+
+/* ---- learning ---- */
+
+typedef struct pti_guide_way { int count; uint32_t cube[3 * PTI_GUIDE_GRID]; float pdf[3 * PTI_GUIDE_GRID]; } pti_guide_way;
+
+static pt_vec3 pti_guide_center(const pti_guide *g, int x, int y, int z) {
+    return pti_madd(pt_v3((float)x + 0.5f, (float)y + 0.5f, (float)z + 0.5f), g->size, g->origin);
+}
+/* The cubes along the record's way, from one to the next (Amanatides and Woo 1987), and p_k of each. */
+static void pti_guide_walk(const pti_guide *g, const pti_guide_record *r, pti_guide_way *way) {
+    int v[3], step[3], k;
+    float next[3], delta[3];
+    way->count = 0;
+    for (k = 0; k < 3; k++) {
+        float o = (pti_axis(r->p, k) - pti_axis(g->origin, k)) / g->size, d = pti_axis(r->wi, k) / g->size;
+        v[k] = (int)floorf(pti_clamp(o, -1, PTI_GUIDE_GRID));
+        if (v[k] < 0 || v[k] >= PTI_GUIDE_GRID) return;
+        step[k] = d < 0 ? -1 : 1;
+        delta[k] = fabsf(d) > 1e-30f ? 1 / fabsf(d) : 1e30f;
+        next[k] = fabsf(d) > 1e-30f ? ((float)(v[k] + (d > 0)) - o) / d : 1e30f;
+    }
+    for (;;) {
+        pt_vec3 d = pti_sub(pti_guide_center(g, v[0], v[1], v[2]), r->p);
+        k = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : next[1] < next[2] ? 1 : 2;
+        way->cube[way->count] = (uint32_t)(v[0] + PTI_GUIDE_GRID * (v[1] + PTI_GUIDE_GRID * v[2]));
+        way->pdf[way->count++] = 0.5f / PTI_PI * pti_guide_narrow(g, pti_dot(d, d));
+        v[k] += step[k];
+        if (next[k] > r->distance || v[k] < 0 || v[k] >= PTI_GUIDE_GRID) return;
+        next[k] += delta[k];
+    }
+}
+/* A step of expectation maximisation on the cubes' weights and the other parts'. 0: there was nothing to learn. */
+static int pti_guide_step(pti_guide *g, const pti_guide_record *records, uint32_t n, double most, double w[PTI_PARTS]) {
+    double total = 0, sum[PTI_PARTS] = { 0, 0, 0 }, r[PTI_PARTS];
+    const pti_guide_record *record = records, *end = records + n;
+    pti_guide_way way;
+    int k;
+    memset(g->sums, 0, PTI_GUIDE_CUBES * sizeof *g->sums);
+    for (; record < end; record++) {
+        double v = (double)record->value < most ? (double)record->value : most, p = 0;
+        pti_guide_walk(g, record, &way);
+        for (k = 0; k < PTI_PARTS; k++) p += r[k] = w[k] * (double)record->part[k];
+        for (k = 0; k < way.count; k++) p += (double)(way.pdf[k] *= g->cubes[way.cube[k]]);
+        if (!(p > 0)) continue;
+        for (k = 0; k < PTI_PARTS; k++) sum[k] += v / p * r[k];
+        for (k = 0; k < way.count; k++) g->sums[way.cube[k]] += (float)(v / p * (double)way.pdf[k]);
+        total += v;
+    }
+    if (!(total > 0)) return 0;
+    for (k = 0; k < PTI_PARTS; k++) w[k] = sum[k] / total;
+    for (k = 0; k < PTI_GUIDE_CUBES; k++) g->cubes[k] = (float)((double)g->sums[k] / total);
+    return 1;
+}
+/* At first every cube that was passed weighs the same. */
+static void pti_guide_begin(pti_guide *g, const pti_guide_record *r, uint32_t n) {
+    pti_guide_way way;
+    uint32_t i, used = 0;
+    int k;
+    memset(g->cubes, 0, PTI_GUIDE_CUBES * sizeof *g->cubes);
+    for (i = 0; i < n; i++) {
+        pti_guide_walk(g, r + i, &way);
+        for (k = 0; k < way.count; k++) { used += !(g->cubes[way.cube[k]] > 0); g->cubes[way.cube[k]] = 1; }
+    }
+    for (k = 0; k < PTI_GUIDE_CUBES; k++) g->cubes[k] *= used ? 0.5f / (float)used : 0.0f;
+}
+/* The cubes that weigh most, the first the heaviest; how many. */
+static uint32_t pti_guide_heaviest(const pti_guide *g, pti_guide_window top[PTI_GUIDE_WINDOWS]) {
+    int x, y, z;
+    uint32_t n = 0, at;
+    for (z = 0; z < PTI_GUIDE_GRID; z++) for (y = 0; y < PTI_GUIDE_GRID; y++) for (x = 0; x < PTI_GUIDE_GRID; x++) {
+        float w = g->cubes[x + PTI_GUIDE_GRID * (y + PTI_GUIDE_GRID * z)];
+        if (!(w > PTI_GUIDE_LIGHTEST) || (n == PTI_GUIDE_WINDOWS && w <= top[n - 1].weight)) continue;
+        for (at = n < PTI_GUIDE_WINDOWS ? n++ : n - 1; at > 0 && top[at - 1].weight < w; at--) top[at] = top[at - 1];
+        top[at].weight = w;
+        top[at].center = pti_guide_center(g, x, y, z);
+    }
+    return n;
+}
+static void pti_guide_leaf(pti_guide *g, pti_guide_cell *c, const pti_guide_record *r, uint32_t n) {
+    pti_guide_window top[PTI_GUIDE_WINDOWS];
+    double mean = 0, w[PTI_PARTS];
+    uint32_t i, count;
+    int k;
+    if (n < PTI_GUIDE_FEW || g->pane_capacity - g->pane_count < PTI_GUIDE_PANES) return;
+    for (i = 0; i < n; i++) mean += (double)r[i].value / n;
+    for (k = 0; k < PTI_PARTS; k++) w[k] = 0.5 / PTI_PARTS;
+    pti_guide_begin(g, r, n);
+    for (k = 0; k < PTI_GUIDE_STEPS; k++) if (!pti_guide_step(g, r, n, PTI_GUIDE_BRIGHT * mean, w)) return;
+    count = pti_guide_heaviest(g, top);
+    for (i = 0; i < count; i++) c->share += top[i].weight;
+    if (c->share < PTI_GUIDE_LEAST) return;
+    for (k = 0; k < PTI_PARTS; k++) c->part[k] = (float)w[k];
+    c->first = g->pane_count;
+    c->count = (count + PTI_GUIDE_LANES - 1) / PTI_GUIDE_LANES;
+    g->pane_count += c->count;
+    for (i = 0; i < c->count * PTI_GUIDE_LANES; i++) {
+        pti_guide_pane *pane = g->panes + c->first + i / PTI_GUIDE_LANES;
+        const pti_guide_window *from = top + (i < count ? i : count - 1);
+        k = (int)(i % PTI_GUIDE_LANES);
+        pane->x[k] = from->center.x; pane->y[k] = from->center.y; pane->z[k] = from->center.z;
+        pane->weight[k] = i < count ? from->weight / c->share : 0.0f;
+    }
+}
+/* Those below split first, along axis (3: the face); how many. */
+static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float split) {
+    uint32_t i, k = 0;
+    for (i = 0; i < n; i++)
+        if ((axis < 3 ? pti_axis(r[i].p, axis) : (float)r[i].face) < split) {
+            pti_guide_record t = r[i];
+            r[i] = r[k];
+            r[k++] = t;
+        }
+    return k;
+}
+/* The cell of those records: divided along its longest side at their mean, as long as it has many. */
+static void pti_guide_build(pti_guide *g, uint32_t cell, pti_guide_record *r, uint32_t n, int depth) {
+    pti_bounds b = pti_bounds_empty();
+    pti_guide_cell *c = g->cells + cell;
+    pt_vec3 d;
+    double mean = 0;
+    uint32_t i, below;
+    memset(c, 0, sizeof *c);
+    if (n < 2 * PTI_GUIDE_CELL || depth == 32 || g->cell_capacity - g->cell_count < 2) { pti_guide_leaf(g, c, r, n); return; }
+    for (i = 0; i < n; i++) pti_bounds_point(&b, r[i].p);
+    d = pti_sub(b.hi, b.lo);
+    c->axis = d.x > d.y && d.x > d.z ? 0 : d.y > d.z ? 1 : 2;
+    for (i = 0; i < n; i++) mean += (double)pti_axis(r[i].p, (int)c->axis) / n;
+    c->split = (float)mean;
+    below = pti_guide_part(r, n, (int)c->axis, c->split);
+    if (below == 0 || below == n) { pti_guide_leaf(g, c, r, n); return; }
+    i = c->child = g->cell_count;
+    g->cell_count += 2;
+    pti_guide_build(g, i, r, below, depth + 1);
+    pti_guide_build(g, i + 1, r + below, n - below, depth + 1);
+}
+/* The cubes that hold all records' ways. What ends in the sky ends nowhere. */
+static void pti_guide_place(pti_guide *g) {
+    pti_bounds b = pti_bounds_empty();
+    pt_vec3 d;
+    uint32_t i;
+    float half;
+    for (i = 0; i < g->record_count; i++) {
+        const pti_guide_record *r = g->records + i;
+        pti_bounds_point(&b, r->p);
+        if (r->distance < 1e12f) pti_bounds_point(&b, pti_madd(r->wi, r->distance, r->p));
+    }
+    d = pti_sub(b.hi, b.lo);
+    half = pti_max(pti_max(d.x, pti_max(d.y, d.z)) * 0.505f, 1e-20f);
+    g->size = 2 * half / PTI_GUIDE_GRID;
+    g->radius2 = 0.1875f * g->size * g->size;
+    g->origin = pti_sub(pti_scale(pti_add(b.lo, b.hi), 0.5f), pt_v3(half, half, half));
+}
+/* Everything anew, from the records, which are gone then. */
+static void pti_guide_refine(pti_guide *g) {
+    pti_guide_record *r = g->records, *end = r + g->record_count;
+    uint32_t face, n;
+    g->cell_count = PTI_GUIDE_FACES;
+    g->pane_count = 0;
+    if (r < end) pti_guide_place(g);
+    for (face = 0; face < PTI_GUIDE_FACES; face++, r += n) {
+        n = pti_guide_part(r, (uint32_t)(end - r), 3, (float)face + 0.5f);
+        pti_guide_build(g, face, r, n, 0);
+    }
+    g->record_count = 0;
+}
+static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
+    pti_free(a, g->cells, g->cell_capacity, sizeof *g->cells);
+    pti_free(a, g->panes, g->pane_capacity, sizeof *g->panes);
+    pti_free(a, g->records, g->record_capacity, sizeof *g->records);
+    pti_free(a, g->cubes, PTI_GUIDE_CUBES, sizeof *g->cubes);
+    pti_free(a, g->sums, PTI_GUIDE_CUBES, sizeof *g->sums);
+}
+/* All that a guide ever has, for up to so many records; with them all, 28 MB. 0 when out of memory. */
+static int pti_guide_create(pti_guide *g, const pt_allocator *a, uint32_t records) {
+    g->record_capacity = records;
+    g->cell_capacity = PTI_GUIDE_FACES + records / PTI_GUIDE_CELL * 4;
+    g->pane_capacity = (PTI_GUIDE_FACES + records / PTI_GUIDE_CELL * 2) * PTI_GUIDE_PANES;
+    g->cells = (pti_guide_cell *)pti_alloc(a, g->cell_capacity, sizeof *g->cells);
+    g->panes = (pti_guide_pane *)pti_alloc(a, g->pane_capacity, sizeof *g->panes);
+    g->records = (pti_guide_record *)pti_alloc(a, records, sizeof *g->records);
+    g->cubes = (float *)pti_alloc(a, PTI_GUIDE_CUBES, sizeof *g->cubes);
+    g->sums = (float *)pti_alloc(a, PTI_GUIDE_CUBES, sizeof *g->sums);
+    g->cell_count = PTI_GUIDE_FACES;
+    return g->cells && g->panes && g->records && g->cubes && g->sums;
+}
+
 /* ---- >>mixture -----------------------------------------------------------------------------------------
    The one density that a path's next direction is drawn from:
        p(wi) = sum_i w_i p_i(wi),    sum_i w_i = 1,
-   over the BSDF, the lights, the environment and the user's densities. Whichever part draws wi, p is evaluated over all of
-   them, so f |cos| / p is the whole weight, and an emitter that the path then finds counts in full: no second estimator,
+   over the BSDF, the lights, the environment, the guide and the user's densities. Whichever part draws wi, p is evaluated over
+   all of them, so f |cos| / p is the whole weight, and an emitter that the path then finds counts in full: no second estimator,
    no shadow ray, no weight of multiple importance sampling. ("A Simplified Path Tracing Architecture"; as one sample of a
    mixture it is Veach's balance heuristic, 1997, 9.2.4.) Delta lobes stand outside p: they are taken with a probability,
    and p integrates to the rest. */
@@ -7971,6 +8263,9 @@ typedef struct pti_mixture {
     int sky;                                             /* which of the environment's tables */
     float bsdf, lights, environment, users;              /* w_i; users: of all the user's densities together */
     float asked;                                         /* sum of their weight x importance; users is less once calmed */
+    float guide;                                         /* w_i of the guide, */
+    const pti_guide *guided;                             /* if there is one, and x's cell in it */
+    const pti_guide_cell *cell;
 } pti_mixture;
 
 /* Does all scattering stay on wo's side? */
@@ -8009,7 +8304,8 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     size_t i;
     int opaque, automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
     mix.scene = s; mix.x = surface->x; mix.surface = surface;
-    mix.bsdf = 1; mix.lights = mix.environment = mix.users = mix.asked = 0;
+    mix.bsdf = 1; mix.lights = mix.environment = mix.users = mix.asked = mix.guide = 0;
+    mix.guided = NULL; mix.cell = NULL;
     mix.receiver.p = surface->x->p;
     mix.receiver.n = pt_v3(0, 0, 0);
     mix.sky = PTI_RECEIVER_ALL;
@@ -8054,7 +8350,6 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
 #define PTI_SHARE_CELLS 4096
 #define PTI_SHARE_PRIOR 4                                /* as many records say that all is well as it is */
 #define PTI_SHARE_TRAIL 16                               /* vertices of a path that are remembered */
-enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PARTS };
 typedef struct pti_share { float part[PTI_PARTS]; } pti_share;           /* all 0: nobody was here */
 /* Of records: of the shares that they found, of v^2 p_i / p, of p_i / p, and of c p_i / p. */
 typedef struct pti_share_sums { double count, share[PTI_PARTS], part[PTI_PARTS], drawn[PTI_PARTS], cost[PTI_PARTS]; }
@@ -8069,6 +8364,7 @@ typedef struct pti_share_record {                        /* a vertex; rays: so f
     uint64_t rays;
     pt_vec3 L, beta;
     float share[PTI_PARTS], part[PTI_PARTS];
+    pti_guide_record guide;                              /* where a guide learns, too; without value and distance */
 } pti_share_record;
 typedef struct pti_share_trail { int count; pti_share_record records[PTI_SHARE_TRAIL]; } pti_share_trail;
 
@@ -8100,6 +8396,30 @@ static void pti_mixture_learned(pti_mixture *m, const pti_shares *s) {
     m->environment = free_share * environment / sum;
     m->bsdf = free_share - m->lights - m->environment;
 }
+/* Where the guide has windows, it has learned the shares, too: from many more paths. Weights of the user's own stay; the guide
+   then takes from the BSDF. */
+#define PTI_GUIDE_LEAST_BSDF 0.25f
+#define PTI_GUIDE_LEAST_LIGHT 0.1f
+static void pti_mixture_guided(pti_mixture *m, const pti_guide *g, int automatic) {
+    const pti_guide_cell *c;
+    float l, e, b, each, rest = 1 - m->users;
+    if (m->surface->delta > 0.999f) return;
+    m->guided = g;
+    m->cell = c = pti_guide_find(g, pti_guide_face(m->x), m->x->p);
+    if (!c->count) return;
+    b = pti_max(c->part[PTI_PART_BSDF], PTI_GUIDE_LEAST_BSDF);
+    if (!automatic) {
+        m->guide = m->bsdf * c->share / (c->share + b);
+    } else {
+        l = m->lights > 0 ? pti_max(c->part[PTI_PART_LIGHTS], PTI_GUIDE_LEAST_LIGHT) : 0.0f;
+        e = m->environment > 0 ? pti_max(c->part[PTI_PART_ENVIRONMENT], PTI_GUIDE_LEAST_LIGHT) : 0.0f;
+        each = rest / (l + e + b + c->share);
+        m->lights = l * each;
+        m->environment = e * each;
+        m->guide = c->share * each;
+    }
+    m->bsdf = rest - m->lights - m->environment - m->guide;
+}
 /* A path that chose the BSDF again and again weighs up to (albedo / share)^depth, without bound in bright rooms: its second
    moment diverges. So a path whose potential (see >>path: its throughput, deltas left out) has grown above 1 gives the other
    parts w / potential only, and the BSDF the rest. Shares may depend on the path's past. */
@@ -8108,7 +8428,7 @@ static float pti_mixture_calm(pti_mixture *m, float potential) {       /* by how
     m->lights *= calm;
     m->environment *= calm;
     m->users *= calm;
-    m->bsdf = 1 - m->lights - m->environment - m->users;
+    m->bsdf = 1 - m->lights - m->environment - m->users - m->guide;
     return calm;
 }
 /* Splitting, the other half of roulette (Arvo and Kirk 1990; by what a path can still bring: Vorba and Krivanek 2016). Where
@@ -8122,9 +8442,9 @@ static float pti_mixture_split(pti_mixture *m, float potential) {      /* how ma
     if (potential < PTI_SPLIT_LEAST || !(far > 0) || !(m->bsdf > 0)) return n;
     m->bsdf = pti_max(n * m->bsdf, 1);
     more = pti_max(n * far, 1) / far;
-    m->lights *= more; m->environment *= more; m->users *= n;
-    n = m->bsdf + m->lights + m->environment + m->users;
-    m->bsdf /= n; m->lights /= n; m->environment /= n; m->users /= n;
+    m->lights *= more; m->environment *= more; m->users *= n; m->guide *= n;
+    n = m->bsdf + m->lights + m->environment + m->users + m->guide;
+    m->bsdf /= n; m->lights /= n; m->environment /= n; m->users /= n; m->guide /= n;
     return n;
 }
 /* What the lights' densities have in it. */
@@ -8133,14 +8453,16 @@ static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi) {
     return m->environment > 0 ? p + m->environment * pti_environment_pdf(&m->scene->environment, m->sky, wi) : p;
 }
 /* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
-   that is 0, nobody wants to know p. */
-static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f) {
+   that is 0, nobody wants to know p. *guided: what the guide has in it. */
+static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f, float *guided) {
     const pt_scene *s = m->scene;
     float p, share;
     size_t i;
+    *guided = 0;
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
     p += pti_mixture_pdf_lights(m, wi);
+    if (m->guide > 0) p += *guided = m->guide * pti_guide_pdf(m->guided, m->cell, m->x->p, wi);
     for (i = 0; m->users > 0 && i < s->density_count; i++) {
         share = pti_density_share(s->densities + i, m->x);
         if (share > 0) p += m->users / m->asked * share * s->densities[i].pdf(s->densities[i].user, m->x, wi);
@@ -8170,15 +8492,16 @@ static int pti_mixture_sample_lights(const pti_mixture *m, uint32_t u, uint32_t 
 
 static int pti_is_direction(pt_vec3 d) { return fabsf(pti_dot(d, d) - 1) < 1e-3f; }         /* not with NaN */
 
-/* A next direction: weight = f |cos| / p. */
-typedef struct pti_step { pt_vec3 wi, weight; int delta; float p; } pti_step;   /* p: 0 of a delta */
+/* A next direction: weight = f |cos| / p. p: 0 of a delta. plain: p over what it would be without the guide, for roulette:
+   through a window, weights are small just because light is there. */
+typedef struct pti_step { pt_vec3 wi, weight; int delta; float p, plain; } pti_step;
 
 /* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
    picks among lights or the user's densities, its second number what a lobe has to decide; they may be 0 where neither is.
    0: the path ends here. */
 static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, const uint32_t choice[2], pti_step *step) {
     const pt_scene *s = m->scene;
-    float others = 1 - m->bsdf, uv[2], p;
+    float others = 1 - m->bsdf, uv[2], p, guided;
     uint32_t among = choice[0];
     pt_vec3 f;
     pt_scatter scatter;
@@ -8186,10 +8509,14 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     memset(&scatter, 0, sizeof scatter);
     step->delta = 0;
     step->p = 0;
+    step->plain = 1;
     if (others <= 0 || pti_split(&u, m->bsdf)) {
         drawn = pti_surface_sample(m->surface, u, v, choice[1], &scatter);
         step->wi = scatter.wi;
-    } else if (m->lights > 0 && pti_split(&u, m->lights / others)) {
+    } else if (m->guide > 0 && pti_split(&u, m->guide / others)) {
+        step->wi = pti_guide_sample(m->guided, m->cell, m->x->p, u, v);
+        drawn = 1;
+    } else if (m->lights > 0 && pti_split(&u, m->lights / (others - m->guide))) {
         drawn = pti_lights_sample(&s->lights, &m->receiver, among, pti_u01(u), pti_u01(v), &step->wi);
     } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
         drawn = m->environment > 0 && pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), &step->wi);
@@ -8206,21 +8533,24 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     }
     step->weight = pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the path will see it */
     if (!pti_is_direction(step->wi)) return 1;
-    p = pti_mixture_pdf(m, step->wi, &f);
+    p = pti_mixture_pdf(m, step->wi, &f, &guided);
     if (pti_is_zero3(f) || p <= 0) return 0;             /* NaN goes on: the film will count it */
     step->p = p;
     step->weight = pti_scale(f, 1 / p);
+    if (guided > 0) step->plain = (1 - m->guide) / pti_max(1 - guided / p, 1e-3f);
     return 1;
 }
 
-/* For the shares: where that was, and what each part had to do with wi. L and beta are the path's, before its weight. */
+/* For the shares and the guide: where that was, and what each part had to do with wi. L and beta are the path's, before its
+   weight. s: NULL where no shares are learned. */
 static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *step, const pti_shares *s, pt_vec3 L,
                              pt_vec3 beta, uint64_t rays, pti_share_trail *trail) {
     pti_share_record *r = trail->records + trail->count;
     pt_vec3 f;
-    if (trail->count == PTI_SHARE_TRAIL || step->delta || m->bsdf + m->users >= 1) return;
+    int k;
+    if (trail->count == PTI_SHARE_TRAIL || step->delta || (m->bsdf + m->users >= 1 && !m->guided)) return;
     trail->count++;
-    r->cell = pti_share_cell(s, m->x);
+    r->cell = s ? pti_share_cell(s, m->x) : 0;
     r->L = L;
     r->beta = beta;
     r->rays = rays;
@@ -8232,8 +8562,35 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
         ? pti_lights_pdf(&m->scene->lights, &m->receiver, step->wi) / step->p : 0.0f;
     r->part[PTI_PART_ENVIRONMENT] = step->p > 0 && m->environment > 0
         ? pti_environment_pdf(&m->scene->environment, m->sky, step->wi) / step->p : 0.0f;
+    r->guide.p = m->x->p;
+    r->guide.wi = step->wi;
+    r->guide.face = pti_guide_face(m->x);
+    for (k = 0; k < PTI_PARTS; k++) r->guide.part[k] = r->part[k] * step->p;
 }
 static float pti_share_ratio(float L, float beta) { return L > 0 && beta > 0 ? L / beta : 0.0f; }
+/* v: what the record's step brought, on a path with radiance L in all. */
+static float pti_share_value(const pti_share_record *r, pt_vec3 L) {
+    pt_vec3 d = pti_sub(L, r->L);
+    return pti_luminance(pt_v3(pti_share_ratio(d.x, r->beta.x), pti_share_ratio(d.y, r->beta.y), pti_share_ratio(d.z, r->beta.z)));
+}
+/* A path has ended, with radiance L in all. A step that ended on a mirror or glass, or in the sky, has no next record: then it
+   went on until further notice. */
+static void pti_guide_learn(pti_guide *g, const pti_share_trail *trail, pt_vec3 L) {
+    int i;
+    if (!pti_finite3(L)) return;
+    for (i = 0; i < trail->count && g->record_count < g->record_capacity; i++) {
+        pti_guide_record *r = g->records + g->record_count;
+        pt_vec3 to;
+        *r = trail->records[i].guide;
+        r->value = pti_share_value(trail->records + i, L);
+        r->distance = 1e30f;
+        if (i + 1 < trail->count) {
+            to = pti_sub(trail->records[i + 1].guide.p, r->p);
+            if (pti_dot(to, r->wi) > 0.9999f * pti_length(to)) r->distance = pti_length(to);
+        }
+        g->record_count += r->value > 0 && r->value < 1e20f;
+    }
+}
 /* A path has ended, with radiance L in all. */
 static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec3 L, uint64_t rays) {
     int i, k;
@@ -8241,9 +8598,7 @@ static void pti_shares_learn(pti_shares *s, const pti_share_trail *trail, pt_vec
     for (i = 0; i < trail->count; i++) {
         const pti_share_record *r = trail->records + i;
         pti_share_sums *sums = s->sums + r->cell;
-        pt_vec3 d = pti_sub(L, r->L);
-        double v = (double)pti_luminance(pt_v3(pti_share_ratio(d.x, r->beta.x), pti_share_ratio(d.y, r->beta.y),
-                                               pti_share_ratio(d.z, r->beta.z)));
+        double v = (double)pti_share_value(r, L);
         sums->count++;
         for (k = 0; k < PTI_PARTS; k++) {
             sums->share[k] += (double)r->share[k];
@@ -8295,6 +8650,7 @@ typedef struct pti_tracer {                              /* what all paths of a 
     pt_roulette roulette;
     int max_depth, max_diffuse, max_split;
     const pti_shares *shares;                            /* NULL: none were learned */
+    const pti_guide *guide;                              /* NULL: there is none, or not yet */
 } pti_tracer;
 
 /* Roulette looks at what a path can still bring, its potential: the throughput without the weights of deltas, since behind
@@ -8508,9 +8864,9 @@ static int pti_nee_split(pti_mixture *m, int each, pti_nee *n) {
     n->lights = *m;
     n->p = 0;
     n->each = each ? (float)(e->sun_count + (e->textured ? 1u : 0u)) : 0.0f;
-    n->lights.bsdf = n->lights.users = 0;
+    n->lights.bsdf = n->lights.users = n->lights.guide = 0;
     m->lights = m->environment = 0;
-    m->bsdf = 1 - m->users;
+    m->bsdf = 1 - m->users - m->guide;
     if (!(sum > 0)) return 0;
     n->lights.lights /= sum;
     n->lights.environment /= sum;
@@ -8551,7 +8907,7 @@ static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_
 /* f |cos| Le w_l / p_l for a wi that was drawn from the lights. */
 static pt_vec3 pti_nee_gather(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, pt_vec3 wi, uint64_t *rays) {
     pt_vec3 f, L;
-    float q = pti_mixture_pdf(m, wi, &f), p;
+    float guided, q = pti_mixture_pdf(m, wi, &f, &guided), p;
     if (pti_is_zero3(f)) return f;
     L = pti_mul(f, pti_path_emission(t, m->x, wi, rays));
     if (pti_is_zero3(L)) return L;
@@ -8646,7 +9002,7 @@ static void pti_path_send(pti_walk *w, pti_path path, const pti_mixture *mix, fl
     path.group++;
     if (t->max_diffuse) path.diffuse += pti_step_is_diffuse(surface, &step, pti_hash2(path.group, u[1]));
     path.beta = pti_mul(path.beta, step.weight);
-    if (!step.delta) path.potential = pti_mul(path.potential, step.weight);
+    if (!step.delta) path.potential = pti_mul(path.potential, pti_scale(step.weight, step.plain));
     if (!step.delta && surface->squeeze != 1 && !pti_same_side(x, x->wo, step.wi))
         path.potential = pti_scale(path.potential, surface->squeeze);
     path.org = pti_spawn(x, step.wi);
@@ -8695,6 +9051,7 @@ static void pti_path_follow(pti_walk *w) {
     if (!pti_path_goes_on(t, &surface, &path.beta, &path.potential, pti_hash2(w->sampler->index, u[0]))) return;
     mix = pti_mixture_at(s, &surface, &t->weights);
     if (t->shares && mix.bsdf < 1) pti_mixture_learned(&mix, t->shares);
+    if (t->guide) pti_mixture_guided(&mix, t->guide, t->shares != NULL);
     n = pti_path_split(w, &path, &mix, pti_hash2(w->sampler->index, u[1]));
     path.beta = pti_scale(path.beta, 1 / (float)n);
     path.potential = pti_scale(path.potential, 1 / (float)n);
@@ -9038,7 +9395,8 @@ struct pt_render {
     uint32_t aim;                                        /* samples a pixel */
     int tiles_x, tiles_y, tile_count, next_tile, tiles_done, inside, cancelled;   /* inside: how many tiles are busy */
     pti_shares shares;
-    int learned;                                         /* the shares are */
+    pti_guide guide;
+    int learned;                                         /* both are */
     int has_lock, has_progress_lock, has_learn_lock;
     pti_mutex lock, progress_lock, learn_lock;           /* the others are taken first */
     pti_pixel *film;
@@ -9058,6 +9416,7 @@ PT_DEF void pt_render_destroy(pt_render *r) {
     if (r->has_lock) pti_mutex_free(&r->lock);
     if (r->has_progress_lock) pti_mutex_free(&r->progress_lock);
     if (r->has_learn_lock) pti_mutex_free(&r->learn_lock);
+    pti_guide_free(&r->guide, &a);
     pti_free(&a, r->shares.cells, PTI_SHARE_CELLS, sizeof *r->shares.cells);
     pti_free(&a, r->shares.sums, PTI_SHARE_CELLS, sizeof *r->shares.sums);
     pti_free(&a, r->film, n, sizeof *r->film);
@@ -9158,6 +9517,7 @@ static int pti_check_render(pt_render *r, int *isa) {
         && pti_check_range(r, d->tile, 1, 65536, "tile") && pti_check_range(r, d->threads, 1, 4096, "threads")
         && pti_check_range(r, d->first_sample, 0, 0x7fffffff - d->spp, "first_sample")
         && pti_check_range(r, (int)d->sampler, PT_SAMPLER_SOBOL, PT_SAMPLER_RANDOM, "sampler")
+        && pti_check_range(r, d->guide, 0, 65536, "guide")
         && pti_check_range(r, d->max_diffuse, 0, 0x7ffffff, "max_diffuse")
         && pti_check_range(r, d->max_split, 0, 8, "max_split")
         && pti_check_range(r, (int)d->integrator, PT_INTEGRATOR_MIXTURE, PT_INTEGRATOR_NEE_ALL, "integrator")
@@ -9176,6 +9536,15 @@ static int pti_render_learns(const pt_render *r) {       /* is there anything to
     int automatic = !(w->bsdf > 0 || w->lights > 0 || w->environment > 0);
     return automatic && r->desc.integrator == PT_INTEGRATOR_MIXTURE
         && (r->scene->lights.count > 0 || r->scene->environment.irradiance);
+}
+/* Paths that the guide learns from; and how many records are kept of them, for the last pass, which has half of them. */
+static uint32_t pti_render_pupils(const pt_render *r) {
+    double n = (double)r->desc.width * (double)r->desc.height * (double)r->desc.guide;
+    return n < 2147483648.0 ? (uint32_t)n : 2147483648u;
+}
+static uint32_t pti_render_records(const pt_render *r) {
+    uint32_t n = pti_render_pupils(r);
+    return n < PTI_GUIDE_RECORDS ? n : PTI_GUIDE_RECORDS;
 }
 static int pti_render_allocate(pt_render *r) {
     size_t n = (size_t)r->desc.crop_width * (size_t)r->desc.crop_height;
@@ -9201,6 +9570,7 @@ static int pti_render_allocate(pt_render *r) {
         r->shares.eye = r->desc.camera.eye;
         r->tracer.shares = &r->shares;
     }
+    if (r->desc.guide && !pti_guide_create(&r->guide, a, pti_render_records(r))) return 0;
     return r->film && r->pixels && r->busy && r->threads && r->has_lock && r->has_progress_lock && r->has_learn_lock;
 }
 /* Cells of the stratified sampler: as square as can be, and at least spp of them. */
@@ -9276,7 +9646,8 @@ static pt_vec3 pti_render_sample(pt_render *r, const pti_sampler *sampler, pti_l
     stats->paths++;
     c = pti_path_radiance(&r->tracer, sampler, &ray, at->wavelength, &stats->rays, trail);
     if (c.x == PTI_EXCEEDED) stats->exceeded++;
-    if (trail) pti_shares_learn(&r->shares, trail, c, stats->rays);
+    if (trail && r->tracer.guide) pti_guide_learn(&r->guide, trail, c);
+    else if (trail) pti_shares_learn(&r->shares, trail, c, stats->rays);
     return pti_mul(c, pti_scale(color, seen));
 }
 /* x and y: in the full picture, which alone the numbers depend on. */
@@ -9304,30 +9675,53 @@ static int pti_is_cancelled(pt_render *r) {
     pti_unlock(&r->lock);
     return c;
 }
-/* Paths that go ahead, all over the picture as if it were one pixel, so that the mixture learns its shares; in two passes, the
-   second with what the first has learned. One thread does it while the others wait. What they carry is thrown away. Their number depends on nothing but the picture's size. 0: cancelled. */
-#define PTI_AHEAD 32768
-#define PTI_AHEAD_SEED 0x0a4eadu
-static int pti_render_ahead(pt_render *r) {
-    double pixels = (double)r->desc.width * (double)r->desc.height;
-    uint32_t n = 2 * pixels < PTI_AHEAD ? 2 * (uint32_t)pixels : PTI_AHEAD, i;
+/* n paths that go ahead, all over the picture as if it were one pixel. What they carry is thrown away. 0: cancelled. */
+static int pti_render_ahead(pt_render *r, uint32_t seed, uint32_t first, uint32_t n) {
     pti_sampler sampler;
     pt_stats stats = { 0, 0, 0, 0, 0 };
-    memset(r->shares.cells, 0, PTI_SHARE_CELLS * sizeof *r->shares.cells);
-    memset(r->shares.sums, 0, PTI_SHARE_CELLS * sizeof *r->shares.sums);
+    uint32_t i;
     sampler.kind = PT_SAMPLER_SOBOL;
-    sampler.pixel_seed = pti_hash2(r->seed, PTI_AHEAD_SEED);
-    for (i = 0; i < 2 * n; i++) {
+    sampler.pixel_seed = pti_hash2(r->seed, seed);
+    for (i = first; i < first + n; i++) {
         uint32_t u[2];
         pti_lens_point at;
         pti_share_trail trail;
         trail.count = 0;
         if (i % 64 == 0 && pti_is_cancelled(r)) return 0;
+        if (r->tracer.guide && r->guide.record_count == r->guide.record_capacity) return 1;
         pti_sampler_start(&sampler, i);
         pti_draw2(&sampler, 0, 0, u);
         at.x = pti_u01(u[0]); at.y = pti_u01(u[1]);
         pti_render_sample(r, &sampler, &at, &stats, &trail);
-        if (i + 1 == n || i + 1 == 2 * n) pti_shares_step(&r->shares);
+    }
+    return 1;
+}
+/* First the mixture learns its shares, in two passes, the second with what the first has learned. One thread does it while
+   the others wait. The number of paths depends on nothing but the picture's size. 0: cancelled. */
+#define PTI_AHEAD 32768
+#define PTI_AHEAD_SEED 0x0a4eadu
+static int pti_render_shares(pt_render *r) {
+    double pixels = (double)r->desc.width * (double)r->desc.height;
+    uint32_t n = 2 * pixels < PTI_AHEAD ? 2 * (uint32_t)pixels : PTI_AHEAD, pass;
+    memset(r->shares.cells, 0, PTI_SHARE_CELLS * sizeof *r->shares.cells);
+    memset(r->shares.sums, 0, PTI_SHARE_CELLS * sizeof *r->shares.sums);
+    for (pass = 0; pass < 2; pass++) {
+        if (!pti_render_ahead(r, PTI_AHEAD_SEED, pass * n, n)) return 0;
+        pti_shares_step(&r->shares);
+    }
+    return 1;
+}
+/* Then the guide, in passes, each of twice as many paths, which draw with what the last one has learned. It does not depend on
+   spp: ranges of samples have the same guide. */
+#define PTI_GUIDE_PASSES 3
+static int pti_render_guide(pt_render *r) {
+    uint32_t n = pti_render_pupils(r), pass;
+    r->tracer.guide = &r->guide;
+    r->guide.record_count = 0;
+    pti_guide_refine(&r->guide);                         /* empty: a cancelled render begins anew */
+    for (pass = 0; pass < PTI_GUIDE_PASSES; pass++) {
+        if (!pti_render_ahead(r, PTI_AHEAD_SEED + 1 + pass, 0, n >> (PTI_GUIDE_PASSES - pass))) return 0;
+        pti_guide_refine(&r->guide);
     }
     return 1;
 }
@@ -9339,11 +9733,13 @@ static void pti_tile_rect(const pt_render *r, int tile, int *x0, int *y0, int *x
 }
 static int pti_render_learn(pt_render *r) {              /* 0: cancelled */
     int learned = 1;
-    if (!r->shares.cells) return 1;
+    if (!r->shares.cells && !r->desc.guide) return 1;
     pti_lock(&r->learn_lock);
     if (!r->learned) {
         pti_fpmode mode = pti_fpmode_enter();
-        r->learned = learned = pti_render_ahead(r);
+        r->tracer.guide = NULL;
+        learned = (!r->shares.cells || pti_render_shares(r)) && (!r->desc.guide || pti_render_guide(r));
+        r->learned = learned;
         pti_fpmode_leave(mode);
     }
     pti_unlock(&r->learn_lock);

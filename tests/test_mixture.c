@@ -37,7 +37,8 @@ static int mix_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
 static double mix_pdf(void *ctx, pt_vec3 wi) {           /* what reflects nothing is not drawn */
     mix_test *t = (mix_test *)ctx;
     pt_vec3 f;
-    return pti_mixture_pdf(&t->mix, wi, &f);
+    float guided;
+    return pti_mixture_pdf(&t->mix, wi, &f, &guided);
 }
 static void chi2_mixture(mix_test *t, double total, uint64_t seed) {
     chi2_directions_desc d;
@@ -162,12 +163,13 @@ static void weights_of_steps(void) {
         pti_step step;
         mix_test t;
         pt_vec3 f;
+        float guided;
         choice[0] = choice[1] = pt_rng_u32(&rng);
         if (!mix_at(&t, s, x, z, w[i % 3])) break;
         if (!pti_mixture_sample(&t.mix, u, v, choice, &step)) continue;
         drawn++;
         CHECK(step.weight.x > 0 && step.weight.x <= 0.5f / t.mix.bsdf * 1.0001f);
-        CHECK_NEAR(step.weight.x * pti_mixture_pdf(&t.mix, step.wi, &f), 0.5 * step.wi.y / STATS_PI, 1e-5);
+        CHECK_NEAR(step.weight.x * pti_mixture_pdf(&t.mix, step.wi, &f, &guided), 0.5 * step.wi.y / STATS_PI, 1e-5);
         CHECK_NEAR(pti_length(step.wi), 1, 1e-5);
     }
     CHECK(drawn > 10000);
