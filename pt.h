@@ -531,9 +531,9 @@ typedef struct pt_render_desc {
     pt_roulette roulette;
     int guide;                                            /* samples a pixel, up to 65536, that path guiding learns from before
                                                              the picture, and that are thrown away; 0 = no guiding. For
-                                                             light that comes through a gap or by way of glass: an eighth
-                                                             of spp, and spp in the hundreds. Where lamps light what is
-                                                             seen it costs more than it brings. Up to 28 MB more */
+                                                             light that comes through a gap: an eighth of spp, and spp in
+                                                             the hundreds. Where it sees soon that BSDF, lights and
+                                                             environment do as well, it leaves it to them. Up to 28 MB */
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
                                                              finished it; nonzero cancels. It may call pt_render_pixels,
@@ -7984,6 +7984,9 @@ PT_DEF size_t pt_occluded_all(const pt_scene *s, const pt_ray *rays, size_t coun
 #define PTI_GUIDE_PANES (PTI_GUIDE_WINDOWS / PTI_GUIDE_LANES)
 #define PTI_GUIDE_LIGHTEST 0.0005f                       /* what weighs less is noise */
 #define PTI_GUIDE_LEAST 0.02f                            /* a cell whose windows weigh less in all has none */
+#ifndef PTI_GUIDE_WORTH                                  /* tests guide where it is worth nothing */
+#define PTI_GUIDE_WORTH 0.22f                            /* windows that weigh less in the whole scene are not worth their cost */
+#endif
 #define PTI_GUIDE_CELL 512                               /* records, for it to be divided when it has twice as many */
 #define PTI_GUIDE_FEW 32                                 /* too few records to learn from */
 #define PTI_GUIDE_STEPS 8                                /* of expectation maximisation */
@@ -8014,6 +8017,7 @@ typedef struct pti_guide {
     uint32_t cell_count, cell_capacity, pane_count, pane_capacity, record_count, record_capacity;
     pt_vec3 origin;                                      /* of the cubes */
     float size, radius2;                                 /* a cube's side; r^2 */
+    double share;                                        /* of windows, in the mean over all records */
 } pti_guide;
 
 /* Which of +-x, +-y, +-z the side of the surface that wo is on looks along. */
@@ -8150,6 +8154,7 @@ static void pti_guide_leaf(pti_guide *g, pti_guide_cell *c, const pti_guide_reco
     for (k = 0; k < PTI_GUIDE_STEPS; k++) if (!pti_guide_step(g, r, n, PTI_GUIDE_BRIGHT * mean, w)) return;
     count = pti_guide_heaviest(g, top);
     for (i = 0; i < count; i++) c->share += top[i].weight;
+    g->share += (double)c->share * n / g->record_count;
     if (c->share < PTI_GUIDE_LEAST) return;
     for (k = 0; k < PTI_PARTS; k++) c->part[k] = (float)w[k];
     c->first = g->pane_count;
@@ -8218,6 +8223,7 @@ static void pti_guide_refine(pti_guide *g) {
     uint32_t face, n;
     g->cell_count = PTI_GUIDE_FACES;
     g->pane_count = 0;
+    g->share = 0;
     if (r < end) pti_guide_place(g);
     for (face = 0; face < PTI_GUIDE_FACES; face++, r += n) {
         n = pti_guide_part(r, (uint32_t)(end - r), 3, (float)face + 0.5f);
@@ -9711,8 +9717,10 @@ static int pti_render_shares(pt_render *r) {
     }
     return 1;
 }
-/* Then the guide, in passes, each of twice as many paths, which draw with what the last one has learned. It does not depend on
-   spp: ranges of samples have the same guide. */
+/* Then the guide, in passes, each of twice as many paths, which draw with what the last one has learned; unless there is little
+   that the other parts do not find as well: then there is no guide. (In rooms and under skies windows weigh 0.02 to 0.19, and
+   cost up to half of the efficiency; behind a door ajar 0.3 to 0.6.) It does not depend on spp: ranges of samples have the same
+   guide. */
 #define PTI_GUIDE_PASSES 3
 static int pti_render_guide(pt_render *r) {
     uint32_t n = pti_render_pupils(r), pass;
@@ -9722,6 +9730,7 @@ static int pti_render_guide(pt_render *r) {
     for (pass = 0; pass < PTI_GUIDE_PASSES; pass++) {
         if (!pti_render_ahead(r, PTI_AHEAD_SEED + 1 + pass, 0, n >> (PTI_GUIDE_PASSES - pass))) return 0;
         pti_guide_refine(&r->guide);
+        if (r->guide.share < PTI_GUIDE_WORTH) { r->tracer.guide = NULL; break; }
     }
     return 1;
 }

@@ -1,4 +1,5 @@
 /* >>guide: the density against what it draws; that it changes no mean, no bit by threads; and that it finds the gap. */
+#define PTI_GUIDE_WORTH 0.0f                             /* always; when it steps aside: see test_mixture.c */
 #define PT_IMPLEMENTATION
 #define PT_STATIC
 #include "../pt.h"
