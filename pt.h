@@ -756,7 +756,7 @@ static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y
 #if defined(__FAST_MATH__)
 #error "pt.h promises equal bits everywhere, and -ffast-math breaks that: compile without it, or define PT_ALLOW_FAST_MATH"
 #endif
-#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16    /* 16: halves as halves, floats as floats */
 #error "pt.h needs floats that are computed as floats: add -msse2 -mfpmath=sse, or define PT_ALLOW_FAST_MATH"
 #endif
 #endif
