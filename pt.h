@@ -783,7 +783,8 @@ static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__)
 #pragma GCC push_options
-#pragma GCC optimize ("fp-contract=off")
+#pragma GCC optimize ("fp-contract=off", "no-ipa-ra")  /* with ipa-ra, gcc forgets vzeroupper before calls from AVX2 code, and
+                                                           Intel's processors are three times slower there */
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
 #endif
