@@ -1848,33 +1848,39 @@ typedef struct pti_ray {
    |org / dir|; adding eight of the latter here, and widening t where the ray leaves a box or ends, makes the test conservative
    (Ize 2013): it never misses a box that the triangle test below would find a hit in. Along an axis where the ray does not
    move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m. */
-PTI_INLINE void pti_ray_axis(pti_ray *r, int k, float largest) {
+PTI_INLINE float pti_ray_axis(pti_ray *r, int k, float largest) {       /* 1 / dir[k] */
     float d = r->dir[k], offset, pad, inverse;
     int moves = fabsf(d) > largest * 1e-16f;
-    inverse = moves ? 1 / d : 1e26f;
+    inverse = 1 / (moves ? d : largest * 1e-26f);
     offset = r->org[k] * inverse;
-    pad = PTI_ULPS_8 * fabsf(offset) + (moves ? 0.0f : 1e18f);
+    pad = PTI_ULPS_8 * fabsf(offset) + (moves ? 0.0f : inverse * 1e-8f);
     r->near_inverse[k] = inverse;
     r->near_add[k] = -offset - pad;
     r->far_inverse[k] = inverse * PTI_WIDEN;
     r->far_add[k] = (-offset + pad) * PTI_WIDEN;
     r->near_row[k] = 2 * k + (inverse < 0);
+    if (!(fabsf(offset) < 1e38f && fabsf(inverse) < 1e38f)) {        /* next to infinity: all slabs are met */
+        r->near_inverse[k] = r->far_inverse[k] = 0;
+        r->near_add[k] = -FLT_MAX;
+        r->far_add[k] = FLT_MAX;
+    }
+    return inverse;
 }
 PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
     static const int axes[5] = { 0, 1, 2, 0, 1 };
-    float largest = pti_largest_abs(dir);
+    float largest = pti_largest_abs(dir), inverse[3];
     int is_x = fabsf(dir.x) == largest, is_y = fabsf(dir.y) == largest, z = (1 - is_x) * (2 - is_y);      /* no branch */
     int x = axes[z + 1], y = axes[z + 2];
     r->org[0] = org.x; r->org[1] = org.y; r->org[2] = org.z;
     r->dir[0] = dir.x; r->dir[1] = dir.y; r->dir[2] = dir.z;
     r->tmin = pti_max(tmin, 0);
     r->time = time;
-    pti_ray_axis(r, 0, largest);
-    pti_ray_axis(r, 1, largest);
-    pti_ray_axis(r, 2, largest);
+    inverse[0] = pti_ray_axis(r, 0, largest);
+    inverse[1] = pti_ray_axis(r, 1, largest);
+    inverse[2] = pti_ray_axis(r, 2, largest);
     r->kx = (size_t)x * PTI_LANES; r->ky = (size_t)y * PTI_LANES; r->kz = (size_t)z * PTI_LANES;
     r->ox = r->org[x]; r->oy = r->org[y]; r->oz = r->org[z];
-    r->sz = r->near_inverse[z];
+    r->sz = inverse[z];
     r->sx = r->dir[x] * r->sz;
     r->sy = r->dir[y] * r->sz;
 }
@@ -2023,6 +2029,7 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
 #define PTI_LEAF   0x40000000u                           /* a packet */
 #define PTI_OBJECT 0x80000000u                           /* a shape that is not a mesh */
 #define PTI_NONE   0xffffffffu
+#define PTI_BACK   0xfffffffeu                           /* on a traversal's stack only: out of an instance */
 #define PTI_KIND(child)  ((child) & 0xc0000000u)
 #define PTI_INDEX(child) ((child) & 0x3fffffffu)
 
@@ -2702,15 +2709,19 @@ PTI_AVX2 PTI_INLINE uint32_t pti_triangles_avx2(const pti_packet *p, const pti_r
     return pti_triangles_x86(p, r, tmax, out);           /* the same, in the shorter encoding */
 }
 #define PTI_FLOATS(p) ((const float *)(const void *)(p))
+/* The other way round: which are missed. Floats that are not negative, and those that are as long as only one of a comparison is,
+   compare as integers do, in a quarter of the time; an exit that is negative is before tmin, however much. */
 PTI_AVX2 PTI_INLINE __m256 pti_boxes_avx2(const pti_node *n, const pti_wide *w, float limit, __m256 *enter) {
     const char *planes = (const char *)n->plane;
-#define PTI_SLAB(which, k) \
-    _mm256_fmadd_ps(_mm256_loadu_ps(PTI_FLOATS(planes + w->which##_row[k])), w->which##_inverse[k], w->which##_add[k])
-    __m256 t0 = _mm256_max_ps(PTI_SLAB(near, 0), PTI_SLAB(near, 1)), z0 = _mm256_max_ps(PTI_SLAB(near, 2), w->tmin);
-    __m256 t1 = _mm256_min_ps(PTI_SLAB(far, 0), PTI_SLAB(far, 1)), z1 = _mm256_min_ps(PTI_SLAB(far, 2), _mm256_set1_ps(limit));
+#define PTI_SLAB(which, k) _mm256_castps_si256( \
+    _mm256_fmadd_ps(_mm256_loadu_ps(PTI_FLOATS(planes + w->which##_row[k])), w->which##_inverse[k], w->which##_add[k]))
+    __m256i x0 = PTI_SLAB(near, 0), y0 = PTI_SLAB(near, 1), z0 = PTI_SLAB(near, 2);
+    __m256i x1 = PTI_SLAB(far, 0), y1 = PTI_SLAB(far, 1), z1 = PTI_SLAB(far, 2), t0, t1;
 #undef PTI_SLAB
-    *enter = _mm256_max_ps(t0, z0);
-    return _mm256_cmp_ps(*enter, _mm256_min_ps(t1, z1), _CMP_LE_OQ);
+    t0 = _mm256_max_epi32(_mm256_max_epi32(x0, y0), _mm256_max_epi32(z0, _mm256_castps_si256(w->tmin)));
+    t1 = _mm256_min_epi32(_mm256_min_epi32(x1, y1), _mm256_min_epi32(z1, _mm256_castps_si256(_mm256_set1_ps(limit))));
+    *enter = _mm256_castsi256_ps(t0);
+    return _mm256_castsi256_ps(_mm256_cmpgt_epi32(t0, t1));
 }
 #endif
 
@@ -2892,12 +2903,12 @@ PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
 /* All without a loop: the children in the node's order for this octant, then those that were met moved together. */
 PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit,
                                             int any, pti_stack *s, int *top) {
-    __m256 enter, met = pti_boxes_avx2(n, w, limit, &enter);
+    __m256 enter, missed = pti_boxes_avx2(n, w, limit, &enter);
     __m256i *push = (__m256i *)(void *)(s->child + *top), children = _mm256_loadu_si256((const __m256i *)(const void *)n->child);
     uint32_t fours = n->order[w->octant], mask, next;
     (void)r;
     if (any) {
-        mask = (uint32_t)_mm256_movemask_ps(met);
+        mask = (uint32_t)_mm256_movemask_ps(missed) ^ 0xffu;
         if (!mask) return PTI_NONE;
         next = n->child[pti_lowest_bit(mask)];
         mask &= mask - 1;
@@ -2906,7 +2917,7 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
         _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pti_spread_avx2(pti_set_bits[mask])));
     } else {
         __m256i order = pti_spread_avx2(fours), pick;
-        mask = (uint32_t)_mm256_movemask_ps(_mm256_permutevar8x32_ps(met, order));
+        mask = (uint32_t)_mm256_movemask_ps(_mm256_permutevar8x32_ps(missed, order)) ^ 0xffu;
         if (!mask) return PTI_NONE;
         next = pti_highest_bit(mask);
         mask ^= 1u << next;
@@ -2967,7 +2978,7 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                                 pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time);
                 instance = PTI_INDEX(child) + 1;
                 instance_prim = s->first;
-                stack.child[top] = PTI_NONE;
+                stack.child[top] = PTI_BACK;
                 stack.enter[top++] = -1;
                 g = in->of; r = &local; child = g->bvh.root;
                 widen(&wide, r);
@@ -2983,8 +2994,8 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
         for (;;) {
             if (!top) return hit->found;
             child = stack.child[--top];
-            if (child != PTI_NONE) break;
-            g = scene; r = world;                        /* the mark: back to the outer scene */
+            if (child != PTI_BACK) break;
+            g = scene; r = world;
             instance = 0; instance_prim = PTI_NONE;
             if (top) widen(&wide, r);
         }
