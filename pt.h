@@ -772,7 +772,7 @@ static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y
 
 #if defined(__GNUC__)
 #define PTI_INLINE static inline __attribute__((always_inline))
-#define PTI_AVX2   __attribute__((target("avx2,fma,bmi,popcnt")))
+#define PTI_AVX2   __attribute__((target("avx2,fma,bmi,lzcnt,popcnt")))
 #define PTI_NOINLINE static __attribute__((noinline))
 #else
 #define PTI_INLINE static inline
@@ -865,6 +865,7 @@ static int pti_isa_supported(int isa) {
         if (!(c & (1u << 12)) || !(c & (1u << 23)) || !(c & (1u << 27))) return 0;      /* FMA; POPCNT; the OS uses XSAVE */
         __asm__ volatile("xgetbv" : "=a"(lo), "=d"(hi) : "c"(0));
         if ((lo & 6) != 6) return 0;                                           /* and saves the wide registers */
+        if (!__get_cpuid(0x80000001u, &a, &b, &c, &d) || !(c & (1u << 5))) return 0;      /* LZCNT */
         return __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & (1u << 3)) && (b & (1u << 5));      /* BMI1; AVX2 */
     }
 #elif defined(PTI_NEON)
@@ -1019,9 +1020,11 @@ typedef __m128 pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { return _mm_loadu_ps((const float *)p); }
 PTI_INLINE void pti_f4_store(void *p, pti_f4 a) { _mm_storeu_ps((float *)p, a); }
 PTI_INLINE pti_f4 pti_f4_set(float a) { return _mm_set1_ps(a); }
+PTI_INLINE pti_f4 pti_f4_of(float a, float b, float c, float d) { return _mm_setr_ps(a, b, c, d); }
 PTI_INLINE pti_f4 pti_f4_add(pti_f4 a, pti_f4 b) { return _mm_add_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_sub(pti_f4 a, pti_f4 b) { return _mm_sub_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_mul(pti_f4 a, pti_f4 b) { return _mm_mul_ps(a, b); }
+PTI_INLINE pti_f4 pti_f4_div(pti_f4 a, pti_f4 b) { return _mm_div_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return _mm_min_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return _mm_max_ps(a, b); }
 #elif defined(PTI_NEON)
@@ -1029,21 +1032,29 @@ typedef float32x4_t pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { return vld1q_f32((const float *)p); }
 PTI_INLINE void pti_f4_store(void *p, pti_f4 a) { vst1q_f32((float *)p, a); }
 PTI_INLINE pti_f4 pti_f4_set(float a) { return vdupq_n_f32(a); }
+PTI_INLINE pti_f4 pti_f4_of(float a, float b, float c, float d) { float v[4] = { a, b, c, d }; return vld1q_f32(v); }
 PTI_INLINE pti_f4 pti_f4_add(pti_f4 a, pti_f4 b) { return vaddq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_sub(pti_f4 a, pti_f4 b) { return vsubq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_mul(pti_f4 a, pti_f4 b) { return vmulq_f32(a, b); }
+PTI_INLINE pti_f4 pti_f4_div(pti_f4 a, pti_f4 b) { return vdivq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return vminq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return vmaxq_f32(a, b); }
 #else
 typedef struct pti_f4 { float v[4]; } pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { pti_f4 r; memcpy(r.v, p, sizeof r.v); return r; }
 PTI_INLINE void pti_f4_store(void *p, pti_f4 a) { memcpy(p, a.v, sizeof a.v); }
-PTI_INLINE pti_f4 pti_f4_set(float a) { pti_f4 r; r.v[0] = r.v[1] = r.v[2] = r.v[3] = a; return r; }
+PTI_INLINE pti_f4 pti_f4_of(float a, float b, float c, float d) {
+    pti_f4 r;
+    r.v[0] = a; r.v[1] = b; r.v[2] = c; r.v[3] = d;
+    return r;
+}
+PTI_INLINE pti_f4 pti_f4_set(float a) { return pti_f4_of(a, a, a, a); }
 #define PTI_F4_EACH(name, expression) \
     PTI_INLINE pti_f4 name(pti_f4 a, pti_f4 b) { int k; for (k = 0; k < 4; k++) a.v[k] = expression; return a; }
 PTI_F4_EACH(pti_f4_add, a.v[k] + b.v[k])
 PTI_F4_EACH(pti_f4_sub, a.v[k] - b.v[k])
 PTI_F4_EACH(pti_f4_mul, a.v[k] * b.v[k])
+PTI_F4_EACH(pti_f4_div, a.v[k] / b.v[k])
 PTI_F4_EACH(pti_f4_min, a.v[k] < b.v[k] ? a.v[k] : b.v[k])
 PTI_F4_EACH(pti_f4_max, a.v[k] > b.v[k] ? a.v[k] : b.v[k])
 #endif
@@ -1151,8 +1162,8 @@ PT_DEF const char *pt_result_string(pt_result r) {
 #define PTI_PI 3.14159265358979f
 #define PTI_INF ((float)HUGE_VAL)
 
-static float pti_min(float a, float b) { return a < b ? a : b; }
-static float pti_max(float a, float b) { return a > b ? a : b; }
+PTI_INLINE float pti_min(float a, float b) { return a < b ? a : b; }
+PTI_INLINE float pti_max(float a, float b) { return a > b ? a : b; }
 static float pti_clamp(float x, float lo, float hi) { return x < lo ? lo : x > hi ? hi : x; }
 static int   pti_finite(float x) { return x - x == 0; }
 
@@ -1170,7 +1181,7 @@ static pt_vec3 pti_cross(pt_vec3 a, pt_vec3 b) {
 }
 static float   pti_length(pt_vec3 a) { return sqrtf(pti_dot(a, a)); }
 static float   pti_largest(pt_vec3 a) { return pti_max(a.x, pti_max(a.y, a.z)); }
-static float   pti_largest_abs(pt_vec3 a) { return pti_max(fabsf(a.x), pti_max(fabsf(a.y), fabsf(a.z))); }
+PTI_INLINE float pti_largest_abs(pt_vec3 a) { return pti_max(fabsf(a.x), pti_max(fabsf(a.y), fabsf(a.z))); }
 static int     pti_finite3(pt_vec3 a) { return pti_finite(a.x) && pti_finite(a.y) && pti_finite(a.z); }
 static int     pti_is_zero3(pt_vec3 a) { return a.x == 0 && a.y == 0 && a.z == 0; }
 static float   pti_axis(pt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
@@ -1208,12 +1219,12 @@ static pt_xform pti_xform_or_identity(const pt_xform *x) {
     for (i = 0; i < 12; i++) id.m[i] = i % 5 == 0 ? 1.0f : 0.0f;
     return id;
 }
-static pt_vec3 pti_xform_vector(const pt_xform *x, pt_vec3 v) {
+PTI_INLINE pt_vec3 pti_xform_vector(const pt_xform *x, pt_vec3 v) {
     const float *m = x->m;
     return pt_v3(m[0] * v.x + m[1] * v.y + m[2] * v.z, m[4] * v.x + m[5] * v.y + m[6] * v.z,
                  m[8] * v.x + m[9] * v.y + m[10] * v.z);
 }
-static pt_vec3 pti_xform_point(const pt_xform *x, pt_vec3 p) {
+PTI_INLINE pt_vec3 pti_xform_point(const pt_xform *x, pt_vec3 p) {
     return pti_add(pti_xform_vector(x, p), pt_v3(x->m[3], x->m[7], x->m[11]));
 }
 /* Normals go by the transposed inverse, so that they stay perpendicular to what they stood on. */
@@ -1838,8 +1849,8 @@ typedef struct pti_ray {
     size_t kx, ky, kz;                                   /* triangles: rows of a packet such that |dir| along kz is largest */
     float ox, oy, oz, sx, sy, sz;                        /* the origin along them, and the shear that makes the ray +z */
     int near_row[3];                                     /* boxes: rows of a node with the nearer planes */
-    float near_inverse[3], near_add[3];                  /* t = plane * inverse + add */
-    float far_inverse[3], far_add[3];
+    float near_inverse[4], near_add[4];                  /* t = plane * inverse + add; four for arithmetic on all at once */
+    float far_inverse[4], far_add[4];
 } pti_ray;
 #define PTI_LANES 4                                      /* triangles in a packet */
 #define PTI_WIDEN (1 + 2 * PTI_ULPS_8)
@@ -1848,7 +1859,7 @@ typedef struct pti_ray {
    |org / dir|; adding eight of the latter here, and widening t where the ray leaves a box or ends, makes the test conservative
    (Ize 2013): it never misses a box that the triangle test below would find a hit in. Along an axis where the ray does not
    move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m. */
-PTI_INLINE float pti_ray_axis(pti_ray *r, int k, float largest) {       /* 1 / dir[k] */
+static void pti_ray_slow_axis(pti_ray *r, int k, float largest) {
     float d = r->dir[k], offset, pad, inverse;
     int moves = fabsf(d) > largest * 1e-16f;
     inverse = 1 / (moves ? d : largest * 1e-26f);
@@ -1859,30 +1870,39 @@ PTI_INLINE float pti_ray_axis(pti_ray *r, int k, float largest) {       /* 1 / d
     r->far_inverse[k] = inverse * PTI_WIDEN;
     r->far_add[k] = (-offset + pad) * PTI_WIDEN;
     r->near_row[k] = 2 * k + (inverse < 0);
-    if (!(fabsf(offset) < 1e38f && fabsf(inverse) < 1e38f)) {        /* next to infinity: all slabs are met */
-        r->near_inverse[k] = r->far_inverse[k] = 0;
-        r->near_add[k] = -FLT_MAX;
-        r->far_add[k] = FLT_MAX;
-    }
-    return inverse;
+    if (fabsf(offset) < 1e38f && fabsf(inverse) < 1e38f) return;
+    r->near_inverse[k] = r->far_inverse[k] = 0;          /* next to infinity: all slabs are met */
+    r->near_add[k] = -FLT_MAX;
+    r->far_add[k] = FLT_MAX;
+}
+PTI_INLINE void pti_ray_slabs(pti_ray *r, pt_vec3 org, pt_vec3 dir, float largest, float least) {
+    pti_f4 inverse = pti_f4_div(pti_f4_set(1), pti_f4_of(dir.x, dir.y, dir.z, 1));
+    pti_f4 offset = pti_f4_mul(pti_f4_of(org.x, org.y, org.z, 0), inverse), minus = pti_f4_sub(pti_f4_set(0), offset);
+    pti_f4 pad = pti_f4_mul(pti_f4_max(offset, minus), pti_f4_set(PTI_ULPS_8)), widen = pti_f4_set(PTI_WIDEN);
+    int k;
+    pti_f4_store(r->near_inverse, inverse);
+    pti_f4_store(r->near_add, pti_f4_sub(minus, pad));
+    pti_f4_store(r->far_inverse, pti_f4_mul(inverse, widen));
+    pti_f4_store(r->far_add, pti_f4_mul(pti_f4_add(minus, pad), widen));
+    r->near_row[0] = dir.x < 0; r->near_row[1] = 2 + (dir.y < 0); r->near_row[2] = 4 + (dir.z < 0);
+    if (least > largest * 1e-16f && least * 1e37f > pti_max(pti_largest_abs(org), 1)) return;
+    for (k = 0; k < 3; k++) pti_ray_slow_axis(r, k, largest);
 }
 PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
     static const int axes[5] = { 0, 1, 2, 0, 1 };
-    float largest = pti_largest_abs(dir), inverse[3];
-    int is_x = fabsf(dir.x) == largest, is_y = fabsf(dir.y) == largest, z = (1 - is_x) * (2 - is_y);      /* no branch */
+    float ax = fabsf(dir.x), ay = fabsf(dir.y), az = fabsf(dir.z), largest = pti_largest_abs(dir);
+    int is_x = ax == largest, is_y = ay == largest, z = (1 - is_x) * (2 - is_y);      /* no branch */
     int x = axes[z + 1], y = axes[z + 2];
     r->org[0] = org.x; r->org[1] = org.y; r->org[2] = org.z;
     r->dir[0] = dir.x; r->dir[1] = dir.y; r->dir[2] = dir.z;
     r->tmin = pti_max(tmin, 0);
     r->time = time;
-    inverse[0] = pti_ray_axis(r, 0, largest);
-    inverse[1] = pti_ray_axis(r, 1, largest);
-    inverse[2] = pti_ray_axis(r, 2, largest);
     r->kx = (size_t)x * PTI_LANES; r->ky = (size_t)y * PTI_LANES; r->kz = (size_t)z * PTI_LANES;
     r->ox = r->org[x]; r->oy = r->org[y]; r->oz = r->org[z];
-    r->sz = inverse[z];
+    r->sz = 1 / r->dir[z];
     r->sx = r->dir[x] * r->sz;
     r->sy = r->dir[y] * r->sz;
+    pti_ray_slabs(r, org, dir, largest, pti_min(ax, pti_min(ay, az)));
 }
 
 /* A hit on its way to becoming a pt_vertex. Ties in t are decided by the ids in the outer, then in the inner scene. */
@@ -1918,7 +1938,8 @@ static float pti_edge(float ax, float ay, float bx, float by) {
     float e = ax * by - ay * bx;
     return e != 0 ? e : (float)((double)ax * (double)by - (double)ay * (double)bx);
 }
-static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, float *t, float *u, float *v) {
+typedef struct pti_lanes { float t[PTI_LANES], V[PTI_LANES], W[PTI_LANES], det[PTI_LANES]; } pti_lanes;   /* u = V / det, v = W / det */
+static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, pti_lanes *out) {
     float az = pti_packet_row(p, 0, r->kz)[lane] - r->oz, ax = (pti_packet_row(p, 0, r->kx)[lane] - r->ox) - r->sx * az;
     float bz = pti_packet_row(p, 1, r->kz)[lane] - r->oz, bx = (pti_packet_row(p, 1, r->kx)[lane] - r->ox) - r->sx * bz;
     float cz = pti_packet_row(p, 2, r->kz)[lane] - r->oz, cx = (pti_packet_row(p, 2, r->kx)[lane] - r->ox) - r->sx * cz;
@@ -1929,10 +1950,9 @@ static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, float *
     float det = U + V + W, T = U * az + V * bz + W * cz;
     if ((U < 0 || V < 0 || W < 0) && (U > 0 || V > 0 || W > 0)) return 0;
     if (!(fabsf(T) > PTI_LEAST)) return 0;
-    *t = r->sz * T / det;
-    *u = V / det;
-    *v = W / det;
-    return *t > r->tmin;
+    out->t[lane] = r->sz * T / det;
+    out->V[lane] = V; out->W[lane] = W; out->det[lane] = det;
+    return out->t[lane] > r->tmin;
 }
 
 /* |o + t d|^2 = r^2. The discriminant is taken from the point nearest to the centre, which does not cancel for small or
@@ -2601,7 +2621,6 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
 /* Bit k: the ray enters child k between tmin and limit, the widened tmax; enter[k] is where. */
 typedef uint32_t pti_boxes_kernel(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]);
 /* Bit k: the ray hits triangle k between tmin and tmax, there. The wide kernels leave the rare zeros of pti_edge to it. */
-typedef struct pti_lanes { float t[PTI_LANES], u[PTI_LANES], v[PTI_LANES]; } pti_lanes;
 typedef uint32_t pti_triangles_kernel(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out);
 
 /* For eight boxes at once, all that is needed of the ray eight times. */
@@ -2621,7 +2640,7 @@ static uint32_t pti_triangles_again(const pti_packet *p, const pti_ray *r, float
     mask &= ~which;
     for (; which; which &= which - 1) {
         int k = pti_lowest_bit(which);
-        if (pti_triangle(p, k, r, &out->t[k], &out->u[k], &out->v[k]) && out->t[k] <= tmax) mask |= 1u << k;
+        if (pti_triangle(p, k, r, out) && out->t[k] <= tmax) mask |= 1u << k;
     }
     return mask;
 }
@@ -2697,8 +2716,9 @@ PTI_INLINE uint32_t pti_triangles_x86(const pti_packet *p, const pti_ray *r, flo
     hit = _mm_and_ps(hit, _mm_cmpgt_ps(t, _mm_set1_ps(r->tmin)));
     hit = _mm_and_ps(hit, _mm_cmple_ps(t, _mm_set1_ps(tmax)));
     _mm_storeu_ps(out->t, t);
-    _mm_storeu_ps(out->u, _mm_div_ps(V, det));
-    _mm_storeu_ps(out->v, _mm_div_ps(W, det));
+    _mm_storeu_ps(out->V, V);
+    _mm_storeu_ps(out->W, W);
+    _mm_storeu_ps(out->det, det);
     if (zeros) return pti_triangles_again(p, r, tmax, out, zeros, (uint32_t)_mm_movemask_ps(hit));
     return (uint32_t)_mm_movemask_ps(hit);
 }
@@ -2781,8 +2801,9 @@ static inline uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r,
     hit = vandq_u32(hit, vcgtq_f32(t, vdupq_n_f32(r->tmin)));
     hit = vandq_u32(hit, vcleq_f32(t, vdupq_n_f32(tmax)));
     vst1q_f32(out->t, t);
-    vst1q_f32(out->u, vdivq_f32(V, det));
-    vst1q_f32(out->v, vdivq_f32(W, det));
+    vst1q_f32(out->V, V);
+    vst1q_f32(out->W, W);
+    vst1q_f32(out->det, det);
     if (zeros) return pti_triangles_again(p, r, tmax, out, zeros, pti_mask_neon(hit));
     return pti_mask_neon(hit);
 }
@@ -2808,17 +2829,19 @@ static int pti_object_hit(const pti_shape *s, uint32_t index, const pti_ray *r, 
     return 1;
 }
 static inline int pti_packet_hit(const pti_packet *p, uint32_t mask, const pti_lanes *at, pti_hit *hit,
-                                 uint32_t instance_prim) {
-    int any = 0;
+                                 uint32_t instance_prim, int any) {
+    int found = 0;
     for (; mask; mask &= mask - 1) {
         int k = pti_lowest_bit(mask);
         uint32_t outer = instance_prim != PTI_NONE ? instance_prim : p->prim[k];
         if (!pti_closer(hit, at->t[k], outer, p->prim[k])) continue;
-        hit->found = 1; hit->t = at->t[k]; hit->u = at->u[k]; hit->v = at->v[k];
+        hit->found = 1; hit->t = at->t[k];
+        if (any) return 1;                               /* nothing else will be asked */
+        hit->u = at->V[k] / at->det[k]; hit->v = at->W[k] / at->det[k];
         hit->outer = outer; hit->prim = p->prim[k]; hit->shape = 0;
-        any = 1;
+        found = 1;
     }
-    return any;
+    return found;
 }
 
 /* What is still to be visited, the next on top, and where the ray enters it. There is room for a whole vector above. */
@@ -2894,7 +2917,8 @@ static const uint32_t pti_set_bits[256] = { PTI_BITS64(0), PTI_BITS64(64), PTI_B
 PTI_AVX2 PTI_INLINE __m256i pti_spread_avx2(uint32_t fours) {
     return _mm256_srlv_epi32(_mm256_set1_epi32((int)fours), _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
 }
-/* What comes after the next: there is time to fetch it. (Objects are elsewhere; an idle fetch does no harm.) */
+/* The next child, as soon as it is known: the branches in between are often mispredicted, and then it is on its way already. And
+   the one after it; any hit looks at nearly all. (Objects are elsewhere; an idle fetch does no harm.) */
 PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
     const char *p = (const char *)((uintptr_t)b->blocks + (uintptr_t)PTI_INDEX(child) * sizeof(pti_block));
     _mm_prefetch(p, _MM_HINT_T0); _mm_prefetch(p + 64, _MM_HINT_T0);
@@ -2905,15 +2929,16 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
                                             int any, pti_stack *s, int *top) {
     __m256 enter, missed = pti_boxes_avx2(n, w, limit, &enter);
     __m256i *push = (__m256i *)(void *)(s->child + *top), children = _mm256_loadu_si256((const __m256i *)(const void *)n->child);
-    uint32_t fours = n->order[w->octant], mask, next;
+    uint32_t fours = n->order[w->octant], mask, rest, next;
     (void)r;
     if (any) {
         mask = (uint32_t)_mm256_movemask_ps(missed) ^ 0xffu;
         if (!mask) return PTI_NONE;
         next = n->child[pti_lowest_bit(mask)];
+        pti_prefetch(b, next);
         mask &= mask - 1;
         if (!mask) return next;
-        pti_prefetch(b, n->child[pti_highest_bit(mask)]);
+        for (rest = mask; rest; rest &= rest - 1) pti_prefetch(b, n->child[pti_lowest_bit(rest)]);
         _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pti_spread_avx2(pti_set_bits[mask])));
     } else {
         __m256i order = pti_spread_avx2(fours), pick;
@@ -2922,6 +2947,7 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
         next = pti_highest_bit(mask);
         mask ^= 1u << next;
         next = n->child[fours >> 4 * next & 7];
+        pti_prefetch(b, next);
         if (!mask) return next;
         pti_prefetch(b, n->child[fours >> 4 * pti_highest_bit(mask) & 7]);
         pick = _mm256_permutevar8x32_epi32(order, pti_spread_avx2(pti_set_bits[mask]));
@@ -2933,24 +2959,13 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
 }
 #endif
 
-/* Takes off all that lies behind a hit. */
-PTI_INLINE int pti_cull(pti_stack *s, int top, float limit) {
-    int i, kept = 0;
-    for (i = 0; i < top; i++) {
-        s->child[kept] = s->child[i];
-        s->enter[kept] = s->enter[i];
-        kept += s->enter[i] <= limit;
-    }
-    return kept;
-}
-
 /* Nearest hit, or any. One loop over both levels: at an instance the ray is moved into its scene, and a mark on the stack
    brings it back. The kernels are constants wherever this is used, so that they are inlined. */
 PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti_hit *hit, int any, pti_widen_kernel *widen,
                             pti_visit_kernel *visit, pti_triangles_kernel *triangles) {
     pti_stack stack;
     pti_lanes lanes;
-    pti_wide wide;
+    pti_wide wide, wide_local, *w = &wide;
     const pti_geometry *g = scene;
     const pti_ray *r = world;
     pti_ray local;
@@ -2958,15 +2973,15 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
     float limit = hit->t * PTI_WIDEN;
     uint32_t child = g->bvh.root, instance = 0, instance_prim = PTI_NONE, mask;
     int top = 0, found;
-    widen(&wide, r);
+    widen(w, r);
     for (;;) {
         while (PTI_KIND(child) == PTI_INNER)
-            child = visit(&g->bvh, pti_node_at(&g->bvh, child), r, &wide, limit, any, &stack, &top);
+            child = visit(&g->bvh, pti_node_at(&g->bvh, child), r, w, limit, any, &stack, &top);
         found = 0;
         if (PTI_KIND(child) == PTI_LEAF) {
             const pti_packet *p = pti_packet_at(&g->bvh, child);
             mask = triangles(p, r, hit->t, &lanes);
-            found = mask && pti_packet_hit(p, mask, &lanes, hit, instance_prim);
+            found = mask && pti_packet_hit(p, mask, &lanes, hit, instance_prim, any);
         } else if (child != PTI_NONE) {
             const pti_shape *s = g->shapes + PTI_INDEX(child);
             const pti_instance *in = &s->as.instance;
@@ -2980,8 +2995,8 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                 instance_prim = s->first;
                 stack.child[top] = PTI_BACK;
                 stack.enter[top++] = -1;
-                g = in->of; r = &local; child = g->bvh.root;
-                widen(&wide, r);
+                g = in->of; r = &local; child = g->bvh.root; w = &wide_local;
+                widen(w, r);
                 continue;
             }
         }
@@ -2989,15 +3004,16 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
             hit->instance = instance;
             if (any) return 1;
             limit = hit->t * PTI_WIDEN;
-            top = pti_cull(&stack, top, limit);
         }
         for (;;) {
             if (!top) return hit->found;
             child = stack.child[--top];
-            if (child != PTI_BACK) break;
-            g = scene; r = world;
+            if (child != PTI_BACK) {
+                if (any || stack.enter[top] <= limit) break;
+                continue;                                /* it lies behind what has been hit since */
+            }
+            g = scene; r = world; w = &wide;
             instance = 0; instance_prim = PTI_NONE;
-            if (top) widen(&wide, r);
         }
     }
 }
@@ -3025,7 +3041,7 @@ static pti_trace_function *pti_trace_for(int isa) {
     (void)isa;
     return pti_trace_scalar;
 }
-static void pti_hit_init(pti_hit *hit, float tmax) {
+PTI_INLINE void pti_hit_init(pti_hit *hit, float tmax) {
     memset(hit, 0, sizeof *hit);
     hit->t = tmax > 0 ? tmax : FLT_MAX;
 }

@@ -168,8 +168,8 @@ static void all_triangle_kernels_are_the_same(void) {
             if (k == 0) { first = mask; want = got; hits += mask != 0; }
             wrong[k] += mask != first;
             for (lane = 0; lane < PTI_LANES; lane++)
-                if (mask >> lane & 1 && (bits_of(want.t[lane]) != bits_of(got.t[lane]) || bits_of(want.u[lane]) != bits_of(got.u[lane])
-                    || bits_of(want.v[lane]) != bits_of(got.v[lane]) || !(got.t[lane] > ray.tmin && got.t[lane] <= tmax))) wrong[k]++;
+                if (mask >> lane & 1 && (bits_of(want.t[lane]) != bits_of(got.t[lane]) || bits_of(want.V[lane]) != bits_of(got.V[lane])
+                    || bits_of(want.W[lane]) != bits_of(got.W[lane]) || bits_of(want.det[lane]) != bits_of(got.det[lane]) || !(got.t[lane] > ray.tmin && got.t[lane] <= tmax))) wrong[k]++;
         }
     }
     for (k = 0; k < KERNELS; k++) if (!CHECK(wrong[k] == 0)) FAIL("%s: %d differ from scalar", all_kernels[k].name, wrong[k]);
