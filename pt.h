@@ -2093,7 +2093,6 @@ typedef struct pti_builder {
     pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
     pti_halves *splits;
     pti_range *tasks;    size_t task_count;
-    size_t used;                                         /* blocks */
     uint32_t top;                                        /* the split of all */
 } pti_builder;
 
@@ -2359,46 +2358,73 @@ static void pti_node_order(pti_node *n) {
         n->order[7 - octant] = other;
     }
 }
-/* Room for a child and all that is below it; with blocks there, nodes are written too, and of packets where they will be. */
-static uint32_t pti_place(pti_builder *b, const pti_branch *p) {
+/* The largest first: any hit, for which near and far are all one, looks from the last to the first, since in small boxes there is
+   a hit or there soon is none. */
+static void pti_order_branches(const pti_builder *b, pti_branch part[PTI_WIDTH], pti_bounds box[PTI_WIDTH], int count) {
+    int i, k;
+    for (k = 0; k < count; k++) {
+        pti_branch p = part[k];
+        pti_bounds whole;
+        pti_branch_box(b, &p, &whole);
+        p.area = pti_bounds_area(&whole);
+        for (i = k; i > 0 && part[i - 1].area < p.area; i--) { part[i] = part[i - 1]; box[i] = box[i - 1]; }
+        part[i] = p;
+        box[i] = whole;
+    }
+    for (; k < PTI_WIDTH; k++) box[k] = pti_bounds_empty();
+}
+/* Lays out a child and all that is below it, from block *used on. Without blocks it only counts; with them, nodes are written, and of
+   packets where they will be. A node and what follows fill whole cache lines, in whatever order. Subtrees that are small enough
+   are left to threads: the first pass over what is above them finds them, the second knows where they begin. */
+#define PTI_PLACES 1024
+typedef struct pti_place { pti_branch whole; size_t at, size; } pti_place;
+typedef struct pti_places { pti_builder *builder; pti_place place[PTI_PLACES]; size_t count, next, most; } pti_places;
+
+static uint32_t pti_lay_out(pti_builder *b, const pti_branch *p, size_t *used, pti_places *rest) {
     pti_branch part[PTI_WIDTH];
+    pti_bounds box[PTI_WIDTH];
     pti_node *n = NULL;
-    pti_bounds box;
-    uint32_t at, child;
+    uint32_t at = (uint32_t)*used, child;
     int count, k, inner;
     if (!p->split) {
         const pti_ref *ref = b->refs + p->begin;
         int object = pti_ref_shape(b, ref)->kind != PTI_MESH;
-        at = (uint32_t)b->used;
         if (b->g->bvh.blocks) b->splits[p->begin].left = object ? PTI_NONE : at + 1;      /* its split has been taken apart */
         if (object) return PTI_OBJECT | (ref->shape ^ PTI_MIDDLING);
-        b->used += PTI_PACKET_BLOCKS;
+        *used += PTI_PACKET_BLOCKS;
         return PTI_LEAF | at;
     }
-    if (b->used & 1) {                                   /* nodes fill whole cache lines */
-        if (b->g->bvh.blocks) memset(b->g->bvh.blocks + b->used, 0, sizeof(pti_block));
-        b->used++;
+    if (rest && p->end - p->begin <= rest->most) {
+        if (b->g->bvh.blocks) { if (rest->next < rest->count) return PTI_INNER | (uint32_t)rest->place[rest->next++].at; }
+        else if (rest->count < PTI_PLACES) { rest->place[rest->count++].whole = *p; return PTI_NONE; }
     }
-    at = (uint32_t)b->used;
-    b->used += PTI_NODE_BLOCKS;
+    *used += PTI_NODE_BLOCKS;
     count = pti_open_branch(b, p, part);
+    if (b->g->bvh.blocks || rest) pti_order_branches(b, part, box, count);
     if (b->g->bvh.blocks) {
         n = pti_node_at(&b->g->bvh, at);
-        box = pti_bounds_empty();
-        for (k = 0; k < PTI_WIDTH; k++) {
-            if (k < count) pti_branch_box(b, &part[k], &box);
-            else box = pti_bounds_empty();
-            pti_node_set(n, k, &box, PTI_NONE);
-        }
+        for (k = 0; k < PTI_WIDTH; k++) pti_node_set(n, k, &box[k], PTI_NONE);
         pti_node_order(n);
     }
-    for (inner = 0; inner < 2; inner++)                  /* leaves first */
+    for (inner = 0; inner < 2; inner++) {                /* leaves first */
         for (k = 0; k < count; k++) {
             if ((part[k].split != 0) != inner) continue;
-            child = pti_place(b, &part[k]);
+            child = pti_lay_out(b, &part[k], used, rest);
             if (n) n->child[k] = child;
         }
+        if (!inner && *used & 1) {
+            if (n) memset(b->g->bvh.blocks + *used, 0, sizeof(pti_block));
+            ++*used;
+        }
+    }
     return PTI_INNER | at;
+}
+static void pti_lay_out_task(void *user, size_t i) {
+    pti_places *rest = (pti_places *)user;
+    pti_place *place = rest->place + i;
+    size_t used = place->at;
+    pti_lay_out(rest->builder, &place->whole, &used, NULL);
+    place->size = used - place->at;
 }
 
 /* The packets that begin among a slice of the primitives. */
@@ -2573,15 +2599,25 @@ static void pti_bvh_free(pti_bvh *bvh, const pt_allocator *a) {
 static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
     pti_bvh *bvh = &b->g->bvh;
     pti_branch whole = pti_branch_make(b, 0, b->count, b->top);
-    pti_place(b, &whole);                                /* how much room is needed */
-    bvh->block_count = b->used;
-    bvh->blocks = (pti_block *)pti_alloc_unset(a, b->used, sizeof *bvh->blocks);
-    if (!bvh->blocks) return 0;
-    b->used = 0;
-    bvh->root = pti_place(b, &whole);
-    pti_branch_box(b, &whole, &bvh->bounds);
-    pti_parallel(b->threads, pti_pack_slice, b, (b->count + PTI_SLICE - 1) / PTI_SLICE);
-    return 1;
+    pti_places *rest = (pti_places *)pti_alloc(a, 1, sizeof *rest);
+    size_t used = 0, i;
+    if (!rest) return 0;
+    rest->builder = b;
+    rest->most = b->count / PTI_TASKS;
+    pti_lay_out(b, &whole, &used, rest);                 /* how much room is needed */
+    pti_parallel(b->threads, pti_lay_out_task, rest, rest->count);
+    for (i = 0; i < rest->count; i++) { rest->place[i].at = used; used += rest->place[i].size; }
+    bvh->block_count = used;
+    bvh->blocks = (pti_block *)pti_alloc_unset(a, used, sizeof *bvh->blocks);
+    if (bvh->blocks) {
+        used = 0;
+        bvh->root = pti_lay_out(b, &whole, &used, rest);
+        pti_parallel(b->threads, pti_lay_out_task, rest, rest->count);
+        pti_branch_box(b, &whole, &bvh->bounds);
+        pti_parallel(b->threads, pti_pack_slice, b, (b->count + PTI_SLICE - 1) / PTI_SLICE);
+    }
+    pti_free(a, rest, 1, sizeof *rest);
+    return bvh->blocks != NULL;
 }
 /* How many bins, how many pieces more than triangles at most (one for so many), and by how much a triangle must stand out. */
 static const struct { int bins; uint32_t per_piece; float times; } pti_qualities[] = { { 16, 8, 2 }, { 8, 0, 0 }, { 32, 2, 1 } };
@@ -2934,9 +2970,10 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
     if (any) {
         mask = (uint32_t)_mm256_movemask_ps(missed) ^ 0xffu;
         if (!mask) return PTI_NONE;
-        next = n->child[pti_lowest_bit(mask)];
+        next = pti_highest_bit(mask);
+        mask ^= 1u << next;
+        next = n->child[next];
         pti_prefetch(b, next);
-        mask &= mask - 1;
         if (!mask) return next;
         for (rest = mask; rest; rest &= rest - 1) pti_prefetch(b, n->child[pti_lowest_bit(rest)]);
         _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pti_spread_avx2(pti_set_bits[mask])));
