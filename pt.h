@@ -2136,7 +2136,8 @@ typedef struct pti_bins { pti_box box[3][PTI_MOST_BINS]; uint32_t count[3][PTI_M
 static void pti_bins_layout(pti_bins *bins, const pti_range *r, int size) {
     float extent[4];
     int k;
-    bins->size = r->end - r->begin < 16 ? size / 2 : size;
+    bins->size = r->end - r->begin < 4 * (size_t)size ? (int)(4 + (r->end - r->begin) / 4) : size;     /* few for few */
+    if (bins->size > size) bins->size = size;
     bins->lo = r->centers.lo;
     pti_f4_store(extent, pti_f4_sub(r->centers.hi, r->centers.lo));
     for (k = 0; k < 3; k++) extent[k] = extent[k] > 1e-36f ? (float)bins->size * 0.9999f / extent[k] : 0.0f;
