@@ -762,7 +762,7 @@ static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y
 #if defined(__FAST_MATH__)
 #error "pt.h promises equal bits everywhere, and -ffast-math breaks that: compile without it, or define PT_ALLOW_FAST_MATH"
 #endif
-#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16    /* 16: halves as halves, floats as floats */
 #error "pt.h needs floats that are computed as floats: add -msse2 -mfpmath=sse, or define PT_ALLOW_FAST_MATH"
 #endif
 #endif
@@ -778,7 +778,7 @@ static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y
 
 #if defined(__GNUC__)
 #define PTI_INLINE static inline __attribute__((always_inline))
-#define PTI_AVX2   __attribute__((target("avx2,fma,bmi,popcnt")))
+#define PTI_AVX2   __attribute__((target("avx2,fma,bmi,lzcnt,popcnt")))
 #define PTI_NOINLINE static __attribute__((noinline))
 #else
 #define PTI_INLINE static inline
@@ -789,7 +789,8 @@ static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__)
 #pragma GCC push_options
-#pragma GCC optimize ("fp-contract=off")
+#pragma GCC optimize ("fp-contract=off", "no-ipa-ra")  /* with ipa-ra, gcc forgets vzeroupper before calls from AVX2 code, and
+                                                           Intel's processors are three times slower there */
 #elif defined(_MSC_VER)
 #pragma fp_contract(off)
 #endif
@@ -870,6 +871,7 @@ static int pti_isa_supported(int isa) {
         if (!(c & (1u << 12)) || !(c & (1u << 23)) || !(c & (1u << 27))) return 0;      /* FMA; POPCNT; the OS uses XSAVE */
         __asm__ volatile("xgetbv" : "=a"(lo), "=d"(hi) : "c"(0));
         if ((lo & 6) != 6) return 0;                                           /* and saves the wide registers */
+        if (!__get_cpuid(0x80000001u, &a, &b, &c, &d) || !(c & (1u << 5))) return 0;      /* LZCNT */
         return __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & (1u << 3)) && (b & (1u << 5));      /* BMI1; AVX2 */
     }
 #elif defined(PTI_NEON)
@@ -1024,9 +1026,11 @@ typedef __m128 pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { return _mm_loadu_ps((const float *)p); }
 PTI_INLINE void pti_f4_store(void *p, pti_f4 a) { _mm_storeu_ps((float *)p, a); }
 PTI_INLINE pti_f4 pti_f4_set(float a) { return _mm_set1_ps(a); }
+PTI_INLINE pti_f4 pti_f4_of(float a, float b, float c, float d) { return _mm_setr_ps(a, b, c, d); }
 PTI_INLINE pti_f4 pti_f4_add(pti_f4 a, pti_f4 b) { return _mm_add_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_sub(pti_f4 a, pti_f4 b) { return _mm_sub_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_mul(pti_f4 a, pti_f4 b) { return _mm_mul_ps(a, b); }
+PTI_INLINE pti_f4 pti_f4_div(pti_f4 a, pti_f4 b) { return _mm_div_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return _mm_min_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return _mm_max_ps(a, b); }
 #elif defined(PTI_NEON)
@@ -1034,21 +1038,29 @@ typedef float32x4_t pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { return vld1q_f32((const float *)p); }
 PTI_INLINE void pti_f4_store(void *p, pti_f4 a) { vst1q_f32((float *)p, a); }
 PTI_INLINE pti_f4 pti_f4_set(float a) { return vdupq_n_f32(a); }
+PTI_INLINE pti_f4 pti_f4_of(float a, float b, float c, float d) { float v[4] = { a, b, c, d }; return vld1q_f32(v); }
 PTI_INLINE pti_f4 pti_f4_add(pti_f4 a, pti_f4 b) { return vaddq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_sub(pti_f4 a, pti_f4 b) { return vsubq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_mul(pti_f4 a, pti_f4 b) { return vmulq_f32(a, b); }
+PTI_INLINE pti_f4 pti_f4_div(pti_f4 a, pti_f4 b) { return vdivq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return vminq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return vmaxq_f32(a, b); }
 #else
 typedef struct pti_f4 { float v[4]; } pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { pti_f4 r; memcpy(r.v, p, sizeof r.v); return r; }
 PTI_INLINE void pti_f4_store(void *p, pti_f4 a) { memcpy(p, a.v, sizeof a.v); }
-PTI_INLINE pti_f4 pti_f4_set(float a) { pti_f4 r; r.v[0] = r.v[1] = r.v[2] = r.v[3] = a; return r; }
+PTI_INLINE pti_f4 pti_f4_of(float a, float b, float c, float d) {
+    pti_f4 r;
+    r.v[0] = a; r.v[1] = b; r.v[2] = c; r.v[3] = d;
+    return r;
+}
+PTI_INLINE pti_f4 pti_f4_set(float a) { return pti_f4_of(a, a, a, a); }
 #define PTI_F4_EACH(name, expression) \
     PTI_INLINE pti_f4 name(pti_f4 a, pti_f4 b) { int k; for (k = 0; k < 4; k++) a.v[k] = expression; return a; }
 PTI_F4_EACH(pti_f4_add, a.v[k] + b.v[k])
 PTI_F4_EACH(pti_f4_sub, a.v[k] - b.v[k])
 PTI_F4_EACH(pti_f4_mul, a.v[k] * b.v[k])
+PTI_F4_EACH(pti_f4_div, a.v[k] / b.v[k])
 PTI_F4_EACH(pti_f4_min, a.v[k] < b.v[k] ? a.v[k] : b.v[k])
 PTI_F4_EACH(pti_f4_max, a.v[k] > b.v[k] ? a.v[k] : b.v[k])
 #endif
@@ -1156,8 +1168,8 @@ PT_DEF const char *pt_result_string(pt_result r) {
 #define PTI_PI 3.14159265358979f
 #define PTI_INF ((float)HUGE_VAL)
 
-static float pti_min(float a, float b) { return a < b ? a : b; }
-static float pti_max(float a, float b) { return a > b ? a : b; }
+PTI_INLINE float pti_min(float a, float b) { return a < b ? a : b; }
+PTI_INLINE float pti_max(float a, float b) { return a > b ? a : b; }
 static float pti_clamp(float x, float lo, float hi) { return x < lo ? lo : x > hi ? hi : x; }
 static int   pti_finite(float x) { return x - x == 0; }
 
@@ -1175,7 +1187,7 @@ static pt_vec3 pti_cross(pt_vec3 a, pt_vec3 b) {
 }
 static float   pti_length(pt_vec3 a) { return sqrtf(pti_dot(a, a)); }
 static float   pti_largest(pt_vec3 a) { return pti_max(a.x, pti_max(a.y, a.z)); }
-static float   pti_largest_abs(pt_vec3 a) { return pti_max(fabsf(a.x), pti_max(fabsf(a.y), fabsf(a.z))); }
+PTI_INLINE float pti_largest_abs(pt_vec3 a) { return pti_max(fabsf(a.x), pti_max(fabsf(a.y), fabsf(a.z))); }
 static int     pti_finite3(pt_vec3 a) { return pti_finite(a.x) && pti_finite(a.y) && pti_finite(a.z); }
 static int     pti_is_zero3(pt_vec3 a) { return a.x == 0 && a.y == 0 && a.z == 0; }
 static float   pti_axis(pt_vec3 a, int k) { return k == 0 ? a.x : k == 1 ? a.y : a.z; }
@@ -1213,12 +1225,12 @@ static pt_xform pti_xform_or_identity(const pt_xform *x) {
     for (i = 0; i < 12; i++) id.m[i] = i % 5 == 0 ? 1.0f : 0.0f;
     return id;
 }
-static pt_vec3 pti_xform_vector(const pt_xform *x, pt_vec3 v) {
+PTI_INLINE pt_vec3 pti_xform_vector(const pt_xform *x, pt_vec3 v) {
     const float *m = x->m;
     return pt_v3(m[0] * v.x + m[1] * v.y + m[2] * v.z, m[4] * v.x + m[5] * v.y + m[6] * v.z,
                  m[8] * v.x + m[9] * v.y + m[10] * v.z);
 }
-static pt_vec3 pti_xform_point(const pt_xform *x, pt_vec3 p) {
+PTI_INLINE pt_vec3 pti_xform_point(const pt_xform *x, pt_vec3 p) {
     return pti_add(pti_xform_vector(x, p), pt_v3(x->m[3], x->m[7], x->m[11]));
 }
 /* Normals go by the transposed inverse, so that they stay perpendicular to what they stood on. */
@@ -1843,8 +1855,8 @@ typedef struct pti_ray {
     size_t kx, ky, kz;                                   /* triangles: rows of a packet such that |dir| along kz is largest */
     float ox, oy, oz, sx, sy, sz;                        /* the origin along them, and the shear that makes the ray +z */
     int near_row[3];                                     /* boxes: rows of a node with the nearer planes */
-    float near_inverse[3], near_add[3];                  /* t = plane * inverse + add */
-    float far_inverse[3], far_add[3];
+    float near_inverse[4], near_add[4];                  /* t = plane * inverse + add; four for arithmetic on all at once */
+    float far_inverse[4], far_add[4];
 } pti_ray;
 #define PTI_LANES 4                                      /* triangles in a packet */
 #define PTI_WIDEN (1 + 2 * PTI_ULPS_8)
@@ -1853,35 +1865,50 @@ typedef struct pti_ray {
    |org / dir|; adding eight of the latter here, and widening t where the ray leaves a box or ends, makes the test conservative
    (Ize 2013): it never misses a box that the triangle test below would find a hit in. Along an axis where the ray does not
    move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m. */
-PTI_INLINE void pti_ray_axis(pti_ray *r, int k, float largest) {
+static void pti_ray_slow_axis(pti_ray *r, int k, float largest) {
     float d = r->dir[k], offset, pad, inverse;
     int moves = fabsf(d) > largest * 1e-16f;
-    inverse = moves ? 1 / d : 1e26f;
+    inverse = 1 / (moves ? d : largest * 1e-26f);
     offset = r->org[k] * inverse;
-    pad = PTI_ULPS_8 * fabsf(offset) + (moves ? 0.0f : 1e18f);
+    pad = PTI_ULPS_8 * fabsf(offset) + (moves ? 0.0f : inverse * 1e-8f);
     r->near_inverse[k] = inverse;
     r->near_add[k] = -offset - pad;
     r->far_inverse[k] = inverse * PTI_WIDEN;
     r->far_add[k] = (-offset + pad) * PTI_WIDEN;
     r->near_row[k] = 2 * k + (inverse < 0);
+    if (fabsf(offset) < 1e38f && fabsf(inverse) < 1e38f) return;
+    r->near_inverse[k] = r->far_inverse[k] = 0;          /* next to infinity: all slabs are met */
+    r->near_add[k] = -FLT_MAX;
+    r->far_add[k] = FLT_MAX;
+}
+PTI_INLINE void pti_ray_slabs(pti_ray *r, pt_vec3 org, pt_vec3 dir, float largest, float least) {
+    pti_f4 inverse = pti_f4_div(pti_f4_set(1), pti_f4_of(dir.x, dir.y, dir.z, 1));
+    pti_f4 offset = pti_f4_mul(pti_f4_of(org.x, org.y, org.z, 0), inverse), minus = pti_f4_sub(pti_f4_set(0), offset);
+    pti_f4 pad = pti_f4_mul(pti_f4_max(offset, minus), pti_f4_set(PTI_ULPS_8)), widen = pti_f4_set(PTI_WIDEN);
+    int k;
+    pti_f4_store(r->near_inverse, inverse);
+    pti_f4_store(r->near_add, pti_f4_sub(minus, pad));
+    pti_f4_store(r->far_inverse, pti_f4_mul(inverse, widen));
+    pti_f4_store(r->far_add, pti_f4_mul(pti_f4_add(minus, pad), widen));
+    r->near_row[0] = dir.x < 0; r->near_row[1] = 2 + (dir.y < 0); r->near_row[2] = 4 + (dir.z < 0);
+    if (least > largest * 1e-16f && least * 1e37f > pti_max(pti_largest_abs(org), 1)) return;
+    for (k = 0; k < 3; k++) pti_ray_slow_axis(r, k, largest);
 }
 PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
     static const int axes[5] = { 0, 1, 2, 0, 1 };
-    float largest = pti_largest_abs(dir);
-    int is_x = fabsf(dir.x) == largest, is_y = fabsf(dir.y) == largest, z = (1 - is_x) * (2 - is_y);      /* no branch */
+    float ax = fabsf(dir.x), ay = fabsf(dir.y), az = fabsf(dir.z), largest = pti_largest_abs(dir);
+    int is_x = ax == largest, is_y = ay == largest, z = (1 - is_x) * (2 - is_y);      /* no branch */
     int x = axes[z + 1], y = axes[z + 2];
     r->org[0] = org.x; r->org[1] = org.y; r->org[2] = org.z;
     r->dir[0] = dir.x; r->dir[1] = dir.y; r->dir[2] = dir.z;
     r->tmin = pti_max(tmin, 0);
     r->time = time;
-    pti_ray_axis(r, 0, largest);
-    pti_ray_axis(r, 1, largest);
-    pti_ray_axis(r, 2, largest);
     r->kx = (size_t)x * PTI_LANES; r->ky = (size_t)y * PTI_LANES; r->kz = (size_t)z * PTI_LANES;
     r->ox = r->org[x]; r->oy = r->org[y]; r->oz = r->org[z];
-    r->sz = r->near_inverse[z];
+    r->sz = 1 / r->dir[z];
     r->sx = r->dir[x] * r->sz;
     r->sy = r->dir[y] * r->sz;
+    pti_ray_slabs(r, org, dir, largest, pti_min(ax, pti_min(ay, az)));
 }
 
 /* A hit on its way to becoming a pt_vertex. Ties in t are decided by the ids in the outer, then in the inner scene. */
@@ -1917,7 +1944,8 @@ static float pti_edge(float ax, float ay, float bx, float by) {
     float e = ax * by - ay * bx;
     return e != 0 ? e : (float)((double)ax * (double)by - (double)ay * (double)bx);
 }
-static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, float *t, float *u, float *v) {
+typedef struct pti_lanes { float t[PTI_LANES], V[PTI_LANES], W[PTI_LANES], det[PTI_LANES]; } pti_lanes;   /* u = V / det, v = W / det */
+static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, pti_lanes *out) {
     float az = pti_packet_row(p, 0, r->kz)[lane] - r->oz, ax = (pti_packet_row(p, 0, r->kx)[lane] - r->ox) - r->sx * az;
     float bz = pti_packet_row(p, 1, r->kz)[lane] - r->oz, bx = (pti_packet_row(p, 1, r->kx)[lane] - r->ox) - r->sx * bz;
     float cz = pti_packet_row(p, 2, r->kz)[lane] - r->oz, cx = (pti_packet_row(p, 2, r->kx)[lane] - r->ox) - r->sx * cz;
@@ -1928,10 +1956,9 @@ static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, float *
     float det = U + V + W, T = U * az + V * bz + W * cz;
     if ((U < 0 || V < 0 || W < 0) && (U > 0 || V > 0 || W > 0)) return 0;
     if (!(fabsf(T) > PTI_LEAST)) return 0;
-    *t = r->sz * T / det;
-    *u = V / det;
-    *v = W / det;
-    return *t > r->tmin;
+    out->t[lane] = r->sz * T / det;
+    out->V[lane] = V; out->W[lane] = W; out->det[lane] = det;
+    return out->t[lane] > r->tmin;
 }
 
 /* |o + t d|^2 = r^2. The discriminant is taken from the point nearest to the centre, which does not cancel for small or
@@ -2028,6 +2055,7 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
 #define PTI_LEAF   0x40000000u                           /* a packet */
 #define PTI_OBJECT 0x80000000u                           /* a shape that is not a mesh */
 #define PTI_NONE   0xffffffffu
+#define PTI_BACK   0xfffffffeu                           /* on a traversal's stack only: out of an instance */
 #define PTI_KIND(child)  ((child) & 0xc0000000u)
 #define PTI_INDEX(child) ((child) & 0x3fffffffu)
 
@@ -2071,7 +2099,6 @@ typedef struct pti_builder {
     pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
     pti_halves *splits;
     pti_range *tasks;    size_t task_count;
-    size_t used;                                         /* blocks */
     uint32_t top;                                        /* the split of all */
 } pti_builder;
 
@@ -2115,7 +2142,8 @@ typedef struct pti_bins { pti_box box[3][PTI_MOST_BINS]; uint32_t count[3][PTI_M
 static void pti_bins_layout(pti_bins *bins, const pti_range *r, int size) {
     float extent[4];
     int k;
-    bins->size = r->end - r->begin < 16 ? size / 2 : size;
+    bins->size = r->end - r->begin < 4 * (size_t)size ? (int)(4 + (r->end - r->begin) / 4) : size;     /* few for few */
+    if (bins->size > size) bins->size = size;
     bins->lo = r->centers.lo;
     pti_f4_store(extent, pti_f4_sub(r->centers.hi, r->centers.lo));
     for (k = 0; k < 3; k++) extent[k] = extent[k] > 1e-36f ? (float)bins->size * 0.9999f / extent[k] : 0.0f;
@@ -2337,46 +2365,73 @@ static void pti_node_order(pti_node *n) {
         n->order[7 - octant] = other;
     }
 }
-/* Room for a child and all that is below it; with blocks there, nodes are written too, and of packets where they will be. */
-static uint32_t pti_place(pti_builder *b, const pti_branch *p) {
+/* The largest first: any hit, for which near and far are all one, looks from the last to the first, since in small boxes there is
+   a hit or there soon is none. */
+static void pti_order_branches(const pti_builder *b, pti_branch part[PTI_WIDTH], pti_bounds box[PTI_WIDTH], int count) {
+    int i, k;
+    for (k = 0; k < count; k++) {
+        pti_branch p = part[k];
+        pti_bounds whole;
+        pti_branch_box(b, &p, &whole);
+        p.area = pti_bounds_area(&whole);
+        for (i = k; i > 0 && part[i - 1].area < p.area; i--) { part[i] = part[i - 1]; box[i] = box[i - 1]; }
+        part[i] = p;
+        box[i] = whole;
+    }
+    for (; k < PTI_WIDTH; k++) box[k] = pti_bounds_empty();
+}
+/* Lays out a child and all that is below it, from block *used on. Without blocks it only counts; with them, nodes are written, and of
+   packets where they will be. A node and what follows fill whole cache lines, in whatever order. Subtrees that are small enough
+   are left to threads: the first pass over what is above them finds them, the second knows where they begin. */
+#define PTI_PLACES 1024
+typedef struct pti_place { pti_branch whole; size_t at, size; } pti_place;
+typedef struct pti_places { pti_builder *builder; pti_place place[PTI_PLACES]; size_t count, next, most; } pti_places;
+
+static uint32_t pti_lay_out(pti_builder *b, const pti_branch *p, size_t *used, pti_places *rest) {
     pti_branch part[PTI_WIDTH];
+    pti_bounds box[PTI_WIDTH];
     pti_node *n = NULL;
-    pti_bounds box;
-    uint32_t at, child;
+    uint32_t at = (uint32_t)*used, child;
     int count, k, inner;
     if (!p->split) {
         const pti_ref *ref = b->refs + p->begin;
         int object = pti_ref_shape(b, ref)->kind != PTI_MESH;
-        at = (uint32_t)b->used;
         if (b->g->bvh.blocks) b->splits[p->begin].left = object ? PTI_NONE : at + 1;      /* its split has been taken apart */
         if (object) return PTI_OBJECT | (ref->shape ^ PTI_MIDDLING);
-        b->used += PTI_PACKET_BLOCKS;
+        *used += PTI_PACKET_BLOCKS;
         return PTI_LEAF | at;
     }
-    if (b->used & 1) {                                   /* nodes fill whole cache lines */
-        if (b->g->bvh.blocks) memset(b->g->bvh.blocks + b->used, 0, sizeof(pti_block));
-        b->used++;
+    if (rest && p->end - p->begin <= rest->most) {
+        if (b->g->bvh.blocks) { if (rest->next < rest->count) return PTI_INNER | (uint32_t)rest->place[rest->next++].at; }
+        else if (rest->count < PTI_PLACES) { rest->place[rest->count++].whole = *p; return PTI_NONE; }
     }
-    at = (uint32_t)b->used;
-    b->used += PTI_NODE_BLOCKS;
+    *used += PTI_NODE_BLOCKS;
     count = pti_open_branch(b, p, part);
+    if (b->g->bvh.blocks || rest) pti_order_branches(b, part, box, count);
     if (b->g->bvh.blocks) {
         n = pti_node_at(&b->g->bvh, at);
-        box = pti_bounds_empty();
-        for (k = 0; k < PTI_WIDTH; k++) {
-            if (k < count) pti_branch_box(b, &part[k], &box);
-            else box = pti_bounds_empty();
-            pti_node_set(n, k, &box, PTI_NONE);
-        }
+        for (k = 0; k < PTI_WIDTH; k++) pti_node_set(n, k, &box[k], PTI_NONE);
         pti_node_order(n);
     }
-    for (inner = 0; inner < 2; inner++)                  /* leaves first */
+    for (inner = 0; inner < 2; inner++) {                /* leaves first */
         for (k = 0; k < count; k++) {
             if ((part[k].split != 0) != inner) continue;
-            child = pti_place(b, &part[k]);
+            child = pti_lay_out(b, &part[k], used, rest);
             if (n) n->child[k] = child;
         }
+        if (!inner && *used & 1) {
+            if (n) memset(b->g->bvh.blocks + *used, 0, sizeof(pti_block));
+            ++*used;
+        }
+    }
     return PTI_INNER | at;
+}
+static void pti_lay_out_task(void *user, size_t i) {
+    pti_places *rest = (pti_places *)user;
+    pti_place *place = rest->place + i;
+    size_t used = place->at;
+    pti_lay_out(rest->builder, &place->whole, &used, NULL);
+    place->size = used - place->at;
 }
 
 /* The packets that begin among a slice of the primitives. */
@@ -2551,15 +2606,25 @@ static void pti_bvh_free(pti_bvh *bvh, const pt_allocator *a) {
 static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
     pti_bvh *bvh = &b->g->bvh;
     pti_branch whole = pti_branch_make(b, 0, b->count, b->top);
-    pti_place(b, &whole);                                /* how much room is needed */
-    bvh->block_count = b->used;
-    bvh->blocks = (pti_block *)pti_alloc_unset(a, b->used, sizeof *bvh->blocks);
-    if (!bvh->blocks) return 0;
-    b->used = 0;
-    bvh->root = pti_place(b, &whole);
-    pti_branch_box(b, &whole, &bvh->bounds);
-    pti_parallel(b->threads, pti_pack_slice, b, (b->count + PTI_SLICE - 1) / PTI_SLICE);
-    return 1;
+    pti_places *rest = (pti_places *)pti_alloc(a, 1, sizeof *rest);
+    size_t used = 0, i;
+    if (!rest) return 0;
+    rest->builder = b;
+    rest->most = b->count / PTI_TASKS;
+    pti_lay_out(b, &whole, &used, rest);                 /* how much room is needed */
+    pti_parallel(b->threads, pti_lay_out_task, rest, rest->count);
+    for (i = 0; i < rest->count; i++) { rest->place[i].at = used; used += rest->place[i].size; }
+    bvh->block_count = used;
+    bvh->blocks = (pti_block *)pti_alloc_unset(a, used, sizeof *bvh->blocks);
+    if (bvh->blocks) {
+        used = 0;
+        bvh->root = pti_lay_out(b, &whole, &used, rest);
+        pti_parallel(b->threads, pti_lay_out_task, rest, rest->count);
+        pti_branch_box(b, &whole, &bvh->bounds);
+        pti_parallel(b->threads, pti_pack_slice, b, (b->count + PTI_SLICE - 1) / PTI_SLICE);
+    }
+    pti_free(a, rest, 1, sizeof *rest);
+    return bvh->blocks != NULL;
 }
 /* How many bins, how many pieces more than triangles at most (one for so many), and by how much a triangle must stand out. */
 static const struct { int bins; uint32_t per_piece; float times; } pti_qualities[] = { { 16, 8, 2 }, { 8, 0, 0 }, { 32, 2, 1 } };
@@ -2599,7 +2664,6 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
 /* Bit k: the ray enters child k between tmin and limit, the widened tmax; enter[k] is where. */
 typedef uint32_t pti_boxes_kernel(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]);
 /* Bit k: the ray hits triangle k between tmin and tmax, there. The wide kernels leave the rare zeros of pti_edge to it. */
-typedef struct pti_lanes { float t[PTI_LANES], u[PTI_LANES], v[PTI_LANES]; } pti_lanes;
 typedef uint32_t pti_triangles_kernel(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out);
 
 /* For eight boxes at once, all that is needed of the ray eight times. */
@@ -2619,7 +2683,7 @@ static uint32_t pti_triangles_again(const pti_packet *p, const pti_ray *r, float
     mask &= ~which;
     for (; which; which &= which - 1) {
         int k = pti_lowest_bit(which);
-        if (pti_triangle(p, k, r, &out->t[k], &out->u[k], &out->v[k]) && out->t[k] <= tmax) mask |= 1u << k;
+        if (pti_triangle(p, k, r, out) && out->t[k] <= tmax) mask |= 1u << k;
     }
     return mask;
 }
@@ -2695,8 +2759,9 @@ PTI_INLINE uint32_t pti_triangles_x86(const pti_packet *p, const pti_ray *r, flo
     hit = _mm_and_ps(hit, _mm_cmpgt_ps(t, _mm_set1_ps(r->tmin)));
     hit = _mm_and_ps(hit, _mm_cmple_ps(t, _mm_set1_ps(tmax)));
     _mm_storeu_ps(out->t, t);
-    _mm_storeu_ps(out->u, _mm_div_ps(V, det));
-    _mm_storeu_ps(out->v, _mm_div_ps(W, det));
+    _mm_storeu_ps(out->V, V);
+    _mm_storeu_ps(out->W, W);
+    _mm_storeu_ps(out->det, det);
     if (zeros) return pti_triangles_again(p, r, tmax, out, zeros, (uint32_t)_mm_movemask_ps(hit));
     return (uint32_t)_mm_movemask_ps(hit);
 }
@@ -2707,15 +2772,19 @@ PTI_AVX2 PTI_INLINE uint32_t pti_triangles_avx2(const pti_packet *p, const pti_r
     return pti_triangles_x86(p, r, tmax, out);           /* the same, in the shorter encoding */
 }
 #define PTI_FLOATS(p) ((const float *)(const void *)(p))
+/* The other way round: which are missed. Floats that are not negative, and those that are as long as only one of a comparison is,
+   compare as integers do, in a quarter of the time; an exit that is negative is before tmin, however much. */
 PTI_AVX2 PTI_INLINE __m256 pti_boxes_avx2(const pti_node *n, const pti_wide *w, float limit, __m256 *enter) {
     const char *planes = (const char *)n->plane;
-#define PTI_SLAB(which, k) \
-    _mm256_fmadd_ps(_mm256_loadu_ps(PTI_FLOATS(planes + w->which##_row[k])), w->which##_inverse[k], w->which##_add[k])
-    __m256 t0 = _mm256_max_ps(PTI_SLAB(near, 0), PTI_SLAB(near, 1)), z0 = _mm256_max_ps(PTI_SLAB(near, 2), w->tmin);
-    __m256 t1 = _mm256_min_ps(PTI_SLAB(far, 0), PTI_SLAB(far, 1)), z1 = _mm256_min_ps(PTI_SLAB(far, 2), _mm256_set1_ps(limit));
+#define PTI_SLAB(which, k) _mm256_castps_si256( \
+    _mm256_fmadd_ps(_mm256_loadu_ps(PTI_FLOATS(planes + w->which##_row[k])), w->which##_inverse[k], w->which##_add[k]))
+    __m256i x0 = PTI_SLAB(near, 0), y0 = PTI_SLAB(near, 1), z0 = PTI_SLAB(near, 2);
+    __m256i x1 = PTI_SLAB(far, 0), y1 = PTI_SLAB(far, 1), z1 = PTI_SLAB(far, 2), t0, t1;
 #undef PTI_SLAB
-    *enter = _mm256_max_ps(t0, z0);
-    return _mm256_cmp_ps(*enter, _mm256_min_ps(t1, z1), _CMP_LE_OQ);
+    t0 = _mm256_max_epi32(_mm256_max_epi32(x0, y0), _mm256_max_epi32(z0, _mm256_castps_si256(w->tmin)));
+    t1 = _mm256_min_epi32(_mm256_min_epi32(x1, y1), _mm256_min_epi32(z1, _mm256_castps_si256(_mm256_set1_ps(limit))));
+    *enter = _mm256_castsi256_ps(t0);
+    return _mm256_castsi256_ps(_mm256_cmpgt_epi32(t0, t1));
 }
 #endif
 
@@ -2775,8 +2844,9 @@ static inline uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r,
     hit = vandq_u32(hit, vcgtq_f32(t, vdupq_n_f32(r->tmin)));
     hit = vandq_u32(hit, vcleq_f32(t, vdupq_n_f32(tmax)));
     vst1q_f32(out->t, t);
-    vst1q_f32(out->u, vdivq_f32(V, det));
-    vst1q_f32(out->v, vdivq_f32(W, det));
+    vst1q_f32(out->V, V);
+    vst1q_f32(out->W, W);
+    vst1q_f32(out->det, det);
     if (zeros) return pti_triangles_again(p, r, tmax, out, zeros, pti_mask_neon(hit));
     return pti_mask_neon(hit);
 }
@@ -2802,17 +2872,19 @@ static int pti_object_hit(const pti_shape *s, uint32_t index, const pti_ray *r, 
     return 1;
 }
 static inline int pti_packet_hit(const pti_packet *p, uint32_t mask, const pti_lanes *at, pti_hit *hit,
-                                 uint32_t instance_prim) {
-    int any = 0;
+                                 uint32_t instance_prim, int any) {
+    int found = 0;
     for (; mask; mask &= mask - 1) {
         int k = pti_lowest_bit(mask);
         uint32_t outer = instance_prim != PTI_NONE ? instance_prim : p->prim[k];
         if (!pti_closer(hit, at->t[k], outer, p->prim[k])) continue;
-        hit->found = 1; hit->t = at->t[k]; hit->u = at->u[k]; hit->v = at->v[k];
+        hit->found = 1; hit->t = at->t[k];
+        if (any) return 1;                               /* nothing else will be asked */
+        hit->u = at->V[k] / at->det[k]; hit->v = at->W[k] / at->det[k];
         hit->outer = outer; hit->prim = p->prim[k]; hit->shape = 0;
-        any = 1;
+        found = 1;
     }
-    return any;
+    return found;
 }
 
 /* What is still to be visited, the next on top, and where the ray enters it. There is room for a whole vector above. */
@@ -2888,7 +2960,8 @@ static const uint32_t pti_set_bits[256] = { PTI_BITS64(0), PTI_BITS64(64), PTI_B
 PTI_AVX2 PTI_INLINE __m256i pti_spread_avx2(uint32_t fours) {
     return _mm256_srlv_epi32(_mm256_set1_epi32((int)fours), _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
 }
-/* What comes after the next: there is time to fetch it. (Objects are elsewhere; an idle fetch does no harm.) */
+/* The next child, as soon as it is known: the branches in between are often mispredicted, and then it is on its way already. And
+   the one after it; any hit looks at nearly all. (Objects are elsewhere; an idle fetch does no harm.) */
 PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
     const char *p = (const char *)((uintptr_t)b->blocks + (uintptr_t)PTI_INDEX(child) * sizeof(pti_block));
     _mm_prefetch(p, _MM_HINT_T0); _mm_prefetch(p + 64, _MM_HINT_T0);
@@ -2897,25 +2970,28 @@ PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
 /* All without a loop: the children in the node's order for this octant, then those that were met moved together. */
 PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit,
                                             int any, pti_stack *s, int *top) {
-    __m256 enter, met = pti_boxes_avx2(n, w, limit, &enter);
+    __m256 enter, missed = pti_boxes_avx2(n, w, limit, &enter);
     __m256i *push = (__m256i *)(void *)(s->child + *top), children = _mm256_loadu_si256((const __m256i *)(const void *)n->child);
-    uint32_t fours = n->order[w->octant], mask, next;
+    uint32_t fours = n->order[w->octant], mask, rest, next;
     (void)r;
     if (any) {
-        mask = (uint32_t)_mm256_movemask_ps(met);
+        mask = (uint32_t)_mm256_movemask_ps(missed) ^ 0xffu;
         if (!mask) return PTI_NONE;
-        next = n->child[pti_lowest_bit(mask)];
-        mask &= mask - 1;
+        next = pti_highest_bit(mask);
+        mask ^= 1u << next;
+        next = n->child[next];
+        pti_prefetch(b, next);
         if (!mask) return next;
-        pti_prefetch(b, n->child[pti_highest_bit(mask)]);
+        for (rest = mask; rest; rest &= rest - 1) pti_prefetch(b, n->child[pti_lowest_bit(rest)]);
         _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pti_spread_avx2(pti_set_bits[mask])));
     } else {
         __m256i order = pti_spread_avx2(fours), pick;
-        mask = (uint32_t)_mm256_movemask_ps(_mm256_permutevar8x32_ps(met, order));
+        mask = (uint32_t)_mm256_movemask_ps(_mm256_permutevar8x32_ps(missed, order)) ^ 0xffu;
         if (!mask) return PTI_NONE;
         next = pti_highest_bit(mask);
         mask ^= 1u << next;
         next = n->child[fours >> 4 * next & 7];
+        pti_prefetch(b, next);
         if (!mask) return next;
         pti_prefetch(b, n->child[fours >> 4 * pti_highest_bit(mask) & 7]);
         pick = _mm256_permutevar8x32_epi32(order, pti_spread_avx2(pti_set_bits[mask]));
@@ -2927,24 +3003,13 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
 }
 #endif
 
-/* Takes off all that lies behind a hit. */
-PTI_INLINE int pti_cull(pti_stack *s, int top, float limit) {
-    int i, kept = 0;
-    for (i = 0; i < top; i++) {
-        s->child[kept] = s->child[i];
-        s->enter[kept] = s->enter[i];
-        kept += s->enter[i] <= limit;
-    }
-    return kept;
-}
-
 /* Nearest hit, or any. One loop over both levels: at an instance the ray is moved into its scene, and a mark on the stack
    brings it back. The kernels are constants wherever this is used, so that they are inlined. */
 PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti_hit *hit, int any, pti_widen_kernel *widen,
                             pti_visit_kernel *visit, pti_triangles_kernel *triangles) {
     pti_stack stack;
     pti_lanes lanes;
-    pti_wide wide;
+    pti_wide wide, wide_local, *w = &wide;
     const pti_geometry *g = scene;
     const pti_ray *r = world;
     pti_ray local;
@@ -2952,15 +3017,15 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
     float limit = hit->t * PTI_WIDEN;
     uint32_t child = g->bvh.root, instance = 0, instance_prim = PTI_NONE, mask;
     int top = 0, found;
-    widen(&wide, r);
+    widen(w, r);
     for (;;) {
         while (PTI_KIND(child) == PTI_INNER)
-            child = visit(&g->bvh, pti_node_at(&g->bvh, child), r, &wide, limit, any, &stack, &top);
+            child = visit(&g->bvh, pti_node_at(&g->bvh, child), r, w, limit, any, &stack, &top);
         found = 0;
         if (PTI_KIND(child) == PTI_LEAF) {
             const pti_packet *p = pti_packet_at(&g->bvh, child);
             mask = triangles(p, r, hit->t, &lanes);
-            found = mask && pti_packet_hit(p, mask, &lanes, hit, instance_prim);
+            found = mask && pti_packet_hit(p, mask, &lanes, hit, instance_prim, any);
         } else if (child != PTI_NONE) {
             const pti_shape *s = g->shapes + PTI_INDEX(child);
             const pti_instance *in = &s->as.instance;
@@ -2972,10 +3037,10 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                                 pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time);
                 instance = PTI_INDEX(child) + 1;
                 instance_prim = s->first;
-                stack.child[top] = PTI_NONE;
+                stack.child[top] = PTI_BACK;
                 stack.enter[top++] = -1;
-                g = in->of; r = &local; child = g->bvh.root;
-                widen(&wide, r);
+                g = in->of; r = &local; child = g->bvh.root; w = &wide_local;
+                widen(w, r);
                 continue;
             }
         }
@@ -2983,15 +3048,16 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
             hit->instance = instance;
             if (any) return 1;
             limit = hit->t * PTI_WIDEN;
-            top = pti_cull(&stack, top, limit);
         }
         for (;;) {
             if (!top) return hit->found;
             child = stack.child[--top];
-            if (child != PTI_NONE) break;
-            g = scene; r = world;                        /* the mark: back to the outer scene */
+            if (child != PTI_BACK) {
+                if (any || stack.enter[top] <= limit) break;
+                continue;                                /* it lies behind what has been hit since */
+            }
+            g = scene; r = world; w = &wide;
             instance = 0; instance_prim = PTI_NONE;
-            if (top) widen(&wide, r);
         }
     }
 }
@@ -3019,7 +3085,7 @@ static pti_trace_function *pti_trace_for(int isa) {
     (void)isa;
     return pti_trace_scalar;
 }
-static void pti_hit_init(pti_hit *hit, float tmax) {
+PTI_INLINE void pti_hit_init(pti_hit *hit, float tmax) {
     memset(hit, 0, sizeof *hit);
     hit->t = tmax > 0 ? tmax : FLT_MAX;
 }
