@@ -3831,7 +3831,7 @@ typedef struct pti_tracker {
                                                             behind them; where the next one is in memory */
     const float *majorant;                               /* the cell's */
     float leave, next[3], scale[3], first[3];            /* planes are at t = plane * scale + first */
-    float marched;                                       /* up to where */
+    float marched, steps;                                /* up to where; how many on this stretch */
 } pti_tracker;
 
 PTI_INLINE void pti_tracker_look(pti_tracker *k) {           /* into the cell that it is in */
@@ -3880,7 +3880,7 @@ static void pti_tracker_begin(pti_tracker *k, const pti_flight *f, const pti_vol
     k->rng = pti_sample_rng(pti_hash2(f->seed, u), f->index);
     k->tau = pti_exponential(pti_u01(u));
     k->coin = pti_u01(u);                                /* of PT_TRACK_MARCH_CDF */
-    k->t = k->marched = 0;
+    k->t = k->marched = k->steps = 0;
     k->mu = 0;
     k->leave = 0;
     k->exceeded = 0;
@@ -3895,15 +3895,16 @@ static float pti_tracker_density(pti_tracker *k) {
     return d > 0 ? d : 0.0f;
 }
 static int pti_tracker_march(pti_tracker *k) {
-    float step;
+    float step, next;
     if (k->marched >= k->span.to) {
         if (!pti_span_next(&k->span)) return 0;
         k->marched = k->span.from;
-        k->leave = 0;
-            }
+        k->steps = 0;
+    }
     step = pti_min(k->medium->step, k->span.to - k->marched);
     k->t = k->marched + 0.5f * step;
-    k->marched = step < k->medium->step || !(k->marched + step > k->marched) ? k->span.to : k->marched + step;
+    next = k->span.from + ++k->steps * step;             /* not marched + step: far away, that errs alike each time */
+    k->marched = step < k->medium->step || !(next > k->marched) ? k->span.to : next;
     k->density = pti_tracker_density(k);
     k->mu = 1 / step;
     if (k->medium->tracking == PT_TRACK_MARCH) k->coin = pt_rng_float(&k->rng);
