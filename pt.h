@@ -4091,6 +4091,14 @@ static pt_vec3 pti_flight_weight(const pti_flight *f, float t, const pti_volume 
     p = pti_dot(q, P);
     return p > 0 ? pti_scale(F, 1 / p) : pt_v3(0, 0, 0);
 }
+/* Is all that it meets on its way to t constant, so that the transmittance is known at once? */
+static int pti_flight_is_plain(const pti_flight *f, float t) {
+    const pti_volume *v;
+    pti_visit visit;
+    pti_visit_begin(&visit, f);
+    while ((v = pti_visit_next(&visit, t)) != NULL) if (pti_medium_tracked(v->medium)) return 0;
+    return 1;
+}
 static pt_vec3 pti_flight_transmittance(const pti_flight *f, float t) {
     pt_vec3 T = pt_v3(1, 1, 1);
     const pti_volume *v;
@@ -8426,8 +8434,8 @@ static void pti_path_aim(const pti_tracer *t, pti_flight *f, float end) {
         if (e) pti_path_aim_at(f, e);
     }
 }
-/* What a flight changes of a path. */
-typedef struct pti_carried { pt_vec3 L, beta, potential; int exceeded; } pti_carried;
+/* What a flight changes of a path. Le: what the ray's end emits; 0 afterwards, if it need not get there to be seen. */
+typedef struct pti_carried { pt_vec3 L, beta, potential, Le; int exceeded; } pti_carried;
 static void pti_path_hero(const pti_sampler *sampler, uint32_t group, pt_vec3 beta, pt_vec3 *q, int *hero) {
     float sum = beta.x + beta.y + beta.z, u;
     uint32_t v[2];
@@ -8456,6 +8464,10 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     if (volumes->aim && t->scene->lights.count && !(m && m->emits) && c->potential.x == 1 && c->potential.y == 1
         && c->potential.z == 1) pti_path_aim(t, &f, at);
     c->exceeded = 0;
+    if (!pti_is_zero3(c->Le) && pti_flight_is_plain(&f, at)) {
+        c->L = pti_add(c->L, pti_mul(pti_mul(c->beta, c->Le), pti_flight_transmittance(&f, at)));
+        c->Le = pt_v3(0, 0, 0);
+    }
     if (volumes->chromatic) pti_path_hero(sampler, f.group, c->beta, &q, &f.hero);
     hit = pti_flight_hit(&f, &at, &c->exceeded);
     if (volumes->emit) c->L = pti_add(c->L, pti_mul(c->beta, pti_flight_glow(&f, at, q)));
@@ -8656,37 +8668,41 @@ static void pti_path_send(pti_walk *w, pti_path path, const pti_mixture *mix, fl
     if (t->integrator) w->nee.p = step.p;
     w->path[w->count++] = path;
 }
-/* Where a path's light may have come from: what its ray finds. */
-static void pti_path_found(pti_walk *w, const pti_path *path, pt_vec3 Le) {
-    w->L = pti_madd(pti_mul(path->beta, Le), pti_nee_found(w->tracer, &w->nee, path->dir), w->L);
-}
 /* Follows the last path to its next vertex, and sends it on from there. */
 static void pti_path_follow(pti_walk *w) {
     const pti_tracer *t = w->tracer;
     const pt_scene *s = t->scene;
     pti_path path = w->path[--w->count];
     pt_vertex x;
-    const pti_material *m = pti_path_trace(t, path.org, path.dir, w->time, &x, w->rays);
+    const pti_material *m = pti_path_trace(t, path.org, path.dir, w->time, &x, w->rays), *hit;
+    pt_vec3 Le = { 0, 0, 0 };
     pti_surface surface;
     pti_mixture mix;
     uint32_t u[2], choice[2] = { 0, 0 };
     float calm;
     int n, k;
+    x.wavelength = path.wavelength;
+    if (!m || m->emits) {
+        Le = m ? pti_material_emission(m, &x) : pti_environment_radiance(&s->environment, path.dir);
+        Le = pti_scale(Le, pti_nee_found(t, &w->nee, path.dir));
+    }
     if (s->volumes.count) {
         pti_carried c;
-        c.L = w->L; c.beta = path.beta; c.potential = path.potential;
-        m = pti_path_fly(t, w->sampler, path.group, path.org, path.dir, w->time, &x, m, &c);
+        c.L = w->L; c.beta = path.beta; c.potential = path.potential; c.Le = Le;
+        hit = pti_path_fly(t, w->sampler, path.group, path.org, path.dir, w->time, &x, m, &c);
         w->L = c.L; path.beta = c.beta; path.potential = c.potential;
+        Le = hit == m ? c.Le : pt_v3(0, 0, 0);
+        m = hit;
         if (c.exceeded) {
             w->L = pt_v3(PTI_EXCEEDED, PTI_EXCEEDED, PTI_EXCEEDED);
             w->count = 0;
             return;
         }
     }
-    if (!m) { pti_path_found(w, &path, pti_environment_radiance(&s->environment, path.dir)); return; }
-    if (m->disperses && !(path.wavelength > 0)) path.wavelength = pti_path_wavelength(t, w->sampler, &path.beta);
+    if (m && m->disperses && !(path.wavelength > 0)) path.wavelength = pti_path_wavelength(t, w->sampler, &path.beta);
+    w->L = pti_add(w->L, pti_mul(path.beta, Le));
+    if (!m) return;
     x.wavelength = path.wavelength;
-    if (m->emits) pti_path_found(w, &path, pti_material_emission(m, &x));
     if (path.depth == t->max_depth) return;
     pti_surface_at(m, &x, &surface);
     if (t->max_diffuse && path.diffuse == t->max_diffuse) pti_surface_drop_diffuse(&surface);
