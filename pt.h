@@ -3680,11 +3680,16 @@ typedef struct pti_volume {
     const float *majorants;  int cells[3];               /* of density, over the unit cube; NULL: density_max everywhere */
     int owns_bounds, owns_majorants;
 } pti_volume;
+#define PTI_HALOS 4
+#define PTI_HALO_SHARE 0.4f                              /* of the mixture, at most */
+typedef struct pti_halo { pt_vec3 p; float power, sigma; } pti_halo;     /* a lamp in a medium: see pti_halo_pdf */
+typedef struct pti_halos { int count; pti_halo lamp[PTI_HALOS]; } pti_halos;
 typedef struct pti_volumes {
     pti_volume *all;  size_t count, capacity, unbounded; /* those everywhere come first */
     pti_geometry tree;                                   /* of the others' boxes in the world */
     int weigh, chromatic, emit, aim;                     /* does any of them? */
     float least;                                         /* extinction of those that aim */
+    pti_halos halos;
 } pti_volumes;
 
 /* Stretches of a ray inside of a volume, one after the other, up to tmax. Bounds that are closed and do not cross themselves
@@ -3903,7 +3908,7 @@ typedef struct pti_tracker {
                                                             behind them; where the next one is in memory */
     const float *majorant;                               /* the cell's */
     float leave, next[3], scale[3], first[3];            /* planes are at t = plane * scale + first */
-    float marched;                                       /* up to where */
+    float marched, steps;                                /* up to where; how many on this stretch */
 } pti_tracker;
 
 PTI_INLINE void pti_tracker_look(pti_tracker *k) {           /* into the cell that it is in */
@@ -3952,7 +3957,7 @@ static void pti_tracker_begin(pti_tracker *k, const pti_flight *f, const pti_vol
     k->rng = pti_sample_rng(pti_hash2(f->seed, u), f->index);
     k->tau = pti_exponential(pti_u01(u));
     k->coin = pti_u01(u);                                /* of PT_TRACK_MARCH_CDF */
-    k->t = k->marched = 0;
+    k->t = k->marched = k->steps = 0;
     k->mu = 0;
     k->leave = 0;
     k->exceeded = 0;
@@ -3967,15 +3972,16 @@ static float pti_tracker_density(pti_tracker *k) {
     return d > 0 ? d : 0.0f;
 }
 static int pti_tracker_march(pti_tracker *k) {
-    float step;
+    float step, next;
     if (k->marched >= k->span.to) {
         if (!pti_span_next(&k->span)) return 0;
         k->marched = k->span.from;
-        k->leave = 0;
-            }
+        k->steps = 0;
+    }
     step = pti_min(k->medium->step, k->span.to - k->marched);
     k->t = k->marched + 0.5f * step;
-    k->marched = step < k->medium->step || !(k->marched + step > k->marched) ? k->span.to : k->marched + step;
+    next = k->span.from + ++k->steps * step;             /* not marched + step: far away, that errs alike each time */
+    k->marched = step < k->medium->step || !(next > k->marched) ? k->span.to : next;
     k->density = pti_tracker_density(k);
     k->mu = 1 / step;
     if (k->medium->tracking == PT_TRACK_MARCH) k->coin = pt_rng_float(&k->rng);
@@ -4162,6 +4168,14 @@ static pt_vec3 pti_flight_weight(const pti_flight *f, float t, const pti_volume 
     p = pti_dot(q, P);
     return p > 0 ? pti_scale(F, 1 / p) : pt_v3(0, 0, 0);
 }
+/* Is all that it meets on its way to t constant, so that the transmittance is known at once? */
+static int pti_flight_is_plain(const pti_flight *f, float t) {
+    const pti_volume *v;
+    pti_visit visit;
+    pti_visit_begin(&visit, f);
+    while ((v = pti_visit_next(&visit, t)) != NULL) if (pti_medium_tracked(v->medium)) return 0;
+    return 1;
+}
 static pt_vec3 pti_flight_transmittance(const pti_flight *f, float t) {
     pt_vec3 T = pt_v3(1, 1, 1);
     const pti_volume *v;
@@ -4219,6 +4233,63 @@ static pt_vec3 pti_flight_glow(const pti_flight *f, float t, pt_vec3 q) {
     pti_visit_begin(&visit, f);
     while ((v = pti_visit_next(&visit, t)) != NULL) if (v->medium->emits) sum = pti_add(sum, pti_volume_glow(f, v, t, q));
     return sum;
+}
+
+/* ---- the glow round lamps, a density in the mixture
+
+   Distances are only half of it: which way does light come that a lamp in a medium sends by way of one particle? From an angle
+   theta off the lamp, d away, in thin fog, as
+       L(theta) ~ sigma_s Phi / d  (pi - theta) / sin(theta)
+   (airlight: the integral of 1 / r^2 along the ray; Sun, Ramamoorthi, Narasimhan and Nayar 2005), so
+       p(theta) = (pi - theta) / (pi^3 sin(theta)),     theta = pi (1 - sqrt(1 - u)).
+   With distances that go as 1 / r^2 along such a ray, particles come to be where light does, and no lamp is too small. */
+static float pti_halo_weight(const pti_halo *h, const pt_vertex *x) {
+    float d = pti_length(pti_sub(h->p, x->p));
+    return d > 1e-12f ? h->power / d * pti_exp(-pti_min(h->sigma * d, 60)) : 0.0f;
+}
+static float pti_halo_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
+    const pti_halos *halos = (const pti_halos *)user;
+    float all = 0, sum = 0, w, sine;
+    int k;
+    for (k = 0; k < halos->count; k++) {
+        pt_vec3 d = pti_normalize(pti_sub(halos->lamp[k].p, x->p));
+        w = pti_halo_weight(halos->lamp + k, x);
+        if (!(w > 0)) continue;
+        sine = pti_max(pti_length(pti_cross(d, wi)), 1e-7f);
+        all += w;
+        sum += w * (PTI_PI - pti_atan2(sine, pti_dot(d, wi))) / sine;
+    }
+    return all > 0 ? sum / (all * PTI_PI * PTI_PI * PTI_PI) : 0.0f;
+}
+static int pti_halo_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) {
+    const pti_halos *halos = (const pti_halos *)user;
+    float w[PTI_HALOS], all = 0, r, sine, cosine;
+    pt_vec3 axis, t, b, local;
+    int k;
+    for (k = 0; k < halos->count; k++) all += w[k] = pti_halo_weight(halos->lamp + k, x);
+    if (!(all > 0)) return 0;
+    r = u[0] * all;
+    for (k = 0; k < halos->count - 1 && r >= w[k]; k++) r -= w[k];
+    if (!(w[k] > 0)) return 0;
+    axis = pti_normalize(pti_sub(halos->lamp[k].p, x->p));
+    pti_sincos(PTI_PI * (1 - pti_safe_sqrt(1 - pti_min(r / w[k], 1))), &sine, &cosine);
+    pti_sincos(2 * PTI_PI * u[1], &local.y, &local.x);
+    pti_basis(axis, &t, &b);
+    *wi = pti_normalize(pti_to_world(t, b, axis, pt_v3(local.x * sine, local.y * sine, cosine)));
+    return 1;
+}
+/* What is scattered once to what comes straight: about sigma d pi^2 / 4. */
+static float pti_halo_importance(void *user, const pt_vertex *x) {
+    const pti_halos *halos = (const pti_halos *)user;
+    float all = 0, sum = 0, w, s;
+    int k;
+    for (k = 0; k < halos->count; k++) {
+        w = pti_halo_weight(halos->lamp + k, x);
+        s = halos->lamp[k].sigma * pti_length(pti_sub(halos->lamp[k].p, x->p)) * (PTI_PI * PTI_PI / 4);
+        all += w;
+        sum += w * s / (1 + s);
+    }
+    return all > 0 ? sum / all : 0.0f;
 }
 
 /* ---- >>microfacet --------------------------------------------------------------------------------------
@@ -7937,6 +8008,42 @@ static int pti_volumes_build(pt_scene *s) {              /* 0: an error, or out 
     }
     return pti_volumes_tree(s);
 }
+/* Lamps in constant media that scatter get a halo, if they are few; the users' densities leave it a share. */
+static int pti_volume_holds(const pti_volume *v, pt_vec3 p) {
+    if (v->in) p = pti_xform_point(&v->in->to_local, p);
+    if (v->kind == PTI_IN_BALL) return pti_length(pti_sub(p, v->ball.center)) < v->ball.radius;
+    p = pti_xform_point(&v->to_unit, p);
+    return v->kind == PTI_EVERYWHERE
+        || (v->kind == PTI_IN_BOX && p.x > 0 && p.x < 1 && p.y > 0 && p.y < 1 && p.z > 0 && p.z < 1);
+}
+static int pti_halos_build(pt_scene *s) {                /* 0 when out of memory */
+    pti_halos *h = &s->volumes.halos;
+    pt_density_desc *d;
+    void *array = s->densities;
+    size_t i, k;
+    for (i = 0; s->volumes.aim && i < s->lights.count; i++) {
+        pti_bounds b = pti_emitter_bounds(s->lights.emitters + i);
+        pti_halo lamp;
+        lamp.p = pti_scale(pti_add(b.lo, b.hi), 0.5f);
+        lamp.power = s->lights.emitters[i].luminance * pti_emitter_area(s->lights.emitters + i);
+        lamp.sigma = 0;
+        for (k = 0; k < s->volumes.count; k++) {
+            const pti_volume *v = s->volumes.all + k;
+            if (v->medium->scatters && !pti_medium_tracked(v->medium) && pti_volume_holds(v, lamp.p)) lamp.sigma += v->medium->largest;
+        }
+        if (!(lamp.sigma > 0)) continue;
+        if (h->count == PTI_HALOS) { h->count = 0; return 1; }
+        h->lamp[h->count++] = lamp;
+    }
+    if (!h->count) return 1;
+    d = (pt_density_desc *)pti_scene_slot(s, &array, &s->density_count, &s->density_capacity, sizeof *d);
+    s->densities = (pt_density_desc *)array;
+    if (!d) return 0;
+    d->weight = PTI_HALO_SHARE * (1 - pti_min(s->density_weight, 0.95f));
+    d->sample = pti_halo_sample; d->pdf = pti_halo_pdf; d->importance = pti_halo_importance;
+    d->user = h;
+    return 1;
+}
 PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     pti_fpmode mode;
     int fine;
@@ -7947,7 +8054,8 @@ PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     fine = pti_scene_link(s) && pti_volumes_build(s)
         && pti_bvh_build(&s->geometry, &s->allocator, s->quality, s->threads > 0 ? s->threads : pti_cores())
         && pti_environment_build(&s->environment, &s->allocator)
-        && pti_collect_emitters(s, s, NULL) && pti_lights_build(&s->lights, &s->allocator);
+        && pti_collect_emitters(s, s, NULL) && pti_lights_build(&s->lights, &s->allocator)
+        && pti_halos_build(s);
     pti_fpmode_leave(mode);
     if (!fine && s->error.code == PT_OK) pti_fail(&s->error, PT_ERR_MEMORY, "pt_scene_commit: out of memory");
     if (!fine) return s->error.code;
@@ -8817,10 +8925,11 @@ static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler
     *beta = pti_mul(*beta, color);
     return wavelength;
 }
+static float pti_sky_mean(const pti_environment *sky) {
+    return sky->irradiance ? sky->irradiance[PTI_RECEIVER_ALL] / (4 * PTI_PI) : sky->present ? sky->mean : 0.0f;
+}
 /* Lamps that the flight's distances are aimed at: all if they are few, else those that the tree chooses for two places on the
-   way. Only what is seen from the camera, be it in mirrors or through glass, is worth it: specks are there, and later on they
-   drown. Nor are flights that end on a lamp, which are for it. And no path by the BSDF alone is aimed, since such are there to
-   compare with. */
+   way. No path by the BSDF alone is aimed, since such are there to compare with. */
 static void pti_path_aim_at(pti_flight *f, const pti_emitter *e) {
     pti_aim *aim = f->aims + f->aim_count++;
     pti_bounds b = pti_emitter_bounds(e);
@@ -8833,12 +8942,11 @@ static void pti_path_aim_at(pti_flight *f, const pti_emitter *e) {
 }
 static void pti_path_aim(const pti_tracer *t, pti_flight *f, float end) {
     const pti_lights *l = &t->scene->lights;
-    const pti_environment *sky = &t->scene->environment;
     const pt_weights *w = &t->weights;
     pti_receiver r;
     uint32_t k;
     if (w->bsdf + w->environment > 0 && !(w->lights > 0)) return;
-    f->sky = 4 * PTI_PI * (sky->irradiance ? sky->irradiance[PTI_RECEIVER_ALL] / (4 * PTI_PI) : sky->present ? sky->mean : 0.0f);
+    f->sky = 4 * PTI_PI * pti_sky_mean(&t->scene->environment);
     if (l->count <= PTI_AIMS) {
         for (k = 0; k < l->count; k++) pti_path_aim_at(f, l->emitters + k);
         return;
@@ -8853,8 +8961,31 @@ static void pti_path_aim(const pti_tracer *t, pti_flight *f, float end) {
         if (e) pti_path_aim_at(f, e);
     }
 }
-/* What a flight changes of a path. */
-typedef struct pti_carried { pt_vec3 L, beta, potential; int exceeded; } pti_carried;
+/* How much brighter it is at a particle than where the path came from. A path that was aimed at a lamp has a small f / p, but one
+   that hits a particle right before it will bring much: it is no victim for roulette. */
+static float pti_path_brightening(const pti_lights *l, pt_vec3 from, pt_vec3 p) {
+    pti_receiver r;
+    float before;
+    if (!l->count) return 1;
+    r.n = pt_v3(0, 0, 0);
+    r.p = from;
+    before = pti_lights_irradiance(l, &r);
+    r.p = p;
+    return pti_max(1, pti_lights_irradiance(l, &r) / pti_max(before, 1e-30f));
+}
+/* What a flight changes of a path. Le: what the ray's end emits, to be added if it gets there. */
+typedef struct pti_carried { pt_vec3 L, beta, potential, Le; int exceeded; } pti_carried;
+/* What a ray's end emits is worth Le if the flight gets there, or T Le in any case: the same in the mean. The latter is better for
+   lamps, since rays are aimed at them; the former for an even sky, since paths end there sooner or later, wherever they leave. So
+   T Le it is for a part of Le, that above the sky's mean, where T is known without trying. */
+static void pti_path_see(const pti_tracer *t, const pti_flight *f, float end, int lamp, pti_carried *c) {
+    float l = pti_luminance(c->Le), part = lamp ? 1.0f : l > 0 ? 1 - pti_sky_mean(&t->scene->environment) / l : 0.0f;
+    pt_vec3 seen = pti_scale(c->Le, part);
+    if (!(l > 0) || part < 0.01f || !pti_flight_is_plain(f, end)) return;
+    c->L = pti_add(c->L, pti_mul(pti_mul(c->beta, seen), pti_flight_transmittance(f, end)));
+    c->Le = lamp ? pt_v3(0, 0, 0) : pti_sub(c->Le, seen);
+}
+
 static void pti_path_hero(const pti_sampler *sampler, uint32_t group, pt_vec3 beta, pt_vec3 *q, int *hero) {
     float sum = beta.x + beta.y + beta.z, u;
     uint32_t v[2];
@@ -8880,9 +9011,9 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     f.index = sampler->index;
     f.hero = 0;
     f.aim_count = 0;
-    if (volumes->aim && t->scene->lights.count && !(m && m->emits) && c->potential.x == 1 && c->potential.y == 1
-        && c->potential.z == 1) pti_path_aim(t, &f, at);
+    if (volumes->aim && t->scene->lights.count) pti_path_aim(t, &f, at);
     c->exceeded = 0;
+    pti_path_see(t, &f, at, m != NULL, c);
     if (volumes->chromatic) pti_path_hero(sampler, f.group, c->beta, &q, &f.hero);
     hit = pti_flight_hit(&f, &at, &c->exceeded);
     if (volumes->emit) c->L = pti_add(c->L, pti_mul(c->beta, pti_flight_glow(&f, at, q)));
@@ -9083,44 +9214,51 @@ static void pti_path_send(pti_walk *w, pti_path path, const pti_mixture *mix, fl
     if (t->integrator) w->nee.p = step.p;
     w->path[w->count++] = path;
 }
-/* Where a path's light may have come from: what its ray finds. */
-static void pti_path_found(pti_walk *w, const pti_path *path, pt_vec3 Le) {
-    w->L = pti_madd(pti_mul(path->beta, Le), pti_nee_found(w->tracer, &w->nee, path->dir), w->L);
-}
 /* Follows the last path to its next vertex, and sends it on from there. */
 static void pti_path_follow(pti_walk *w) {
     const pti_tracer *t = w->tracer;
     const pt_scene *s = t->scene;
     pti_path path = w->path[--w->count];
     pt_vertex x;
-    const pti_material *m = pti_path_trace(t, path.org, path.dir, w->time, &x, w->rays);
+    const pti_material *m = pti_path_trace(t, path.org, path.dir, w->time, &x, w->rays), *hit;
+    pt_vec3 Le = { 0, 0, 0 };
     pti_surface surface;
     pti_mixture mix;
     uint32_t u[2], choice[2] = { 0, 0 };
-    float calm;
+    float calm, bright = 1;
     int n, k;
+    x.wavelength = path.wavelength;
+    if (!m || m->emits) {
+        Le = m ? pti_material_emission(m, &x) : pti_environment_radiance(&s->environment, path.dir);
+        Le = pti_scale(Le, pti_nee_found(t, &w->nee, path.dir));
+    }
     if (s->volumes.count) {
         pti_carried c;
-        c.L = w->L; c.beta = path.beta; c.potential = path.potential;
-        m = pti_path_fly(t, w->sampler, path.group, path.org, path.dir, w->time, &x, m, &c);
+        c.L = w->L; c.beta = path.beta; c.potential = path.potential; c.Le = Le;
+        hit = pti_path_fly(t, w->sampler, path.group, path.org, path.dir, w->time, &x, m, &c);
         w->L = c.L; path.beta = c.beta; path.potential = c.potential;
+        Le = hit == m ? c.Le : pt_v3(0, 0, 0);
+        m = hit;
         if (c.exceeded) {
             w->L = pt_v3(PTI_EXCEEDED, PTI_EXCEEDED, PTI_EXCEEDED);
             w->count = 0;
             return;
         }
     }
-    if (!m) { pti_path_found(w, &path, pti_environment_radiance(&s->environment, path.dir)); return; }
-    if (m->disperses && !(path.wavelength > 0)) path.wavelength = pti_path_wavelength(t, w->sampler, &path.beta);
+    if (m && m->disperses && !(path.wavelength > 0)) path.wavelength = pti_path_wavelength(t, w->sampler, &path.beta);
+    w->L = pti_add(w->L, pti_mul(path.beta, Le));
+    if (!m) return;
     x.wavelength = path.wavelength;
-    if (m->emits) pti_path_found(w, &path, pti_material_emission(m, &x));
     if (path.depth == t->max_depth) return;
     pti_surface_at(m, &x, &surface);
     if (t->max_diffuse && path.diffuse == t->max_diffuse) pti_surface_drop_diffuse(&surface);
     if (!surface.count) return;                          /* black, as lamps are */
     pti_draw2(w->sampler, path.group, 0, u);
     if (s->lights.count > 1 || s->density_count || m->wants_choice) pti_draw2(w->sampler, path.group, 1, choice);
+    if (x.volume.id) bright = pti_path_brightening(&s->lights, path.org, x.p);
+    path.potential = pti_scale(path.potential, bright);
     if (!pti_path_goes_on(t, &surface, &path.beta, &path.potential, pti_hash2(w->sampler->index, u[0]))) return;
+    path.potential = pti_scale(path.potential, 1 / bright);
     mix = pti_mixture_at(s, &surface, &t->weights);
     if (t->shares && mix.bsdf < 1) pti_mixture_learned(&mix, t->shares);
     if (t->guide) pti_mixture_guided(&mix, t->guide, t->shares != NULL);

@@ -6,6 +6,7 @@
 #include "stats.h"
 #include "scenes.h"
 #include "agreement.h"
+#include "flights.h"
 
 static const pt_shape everywhere = { 0 };
 static const pt_material no_material = { 0 };
@@ -83,6 +84,38 @@ static void phases_fit_their_densities(void) {
         chi2_directions(&d);
     }
 }
+/* The glow round lamps in fog, of one lamp, of three: what is drawn, over its density, fills all octants alike, and rings about
+   the first lamp. (The density's poles are too sharp for a grid.) */
+static void halos_fit_their_density(void) {
+    static const pti_halos halos = { 3, { { { 0, 2, 0 }, 3, 0.2f }, { { 1, 0, 0.5f }, 1, 0.5f }, { { -0.02f, 0, 0.01f }, 0.1f, 1 }, { { 0, 0, 0 }, 0, 0 } } };
+    int n, k, i;
+    for (n = 1; n <= 3; n += 2) {
+        pti_halos h = halos;
+        pt_vertex x;
+        pt_rng rng;
+        stats_moments m[12];
+        test_case("%d lamps", n);
+        memset(m, 0, sizeof m);
+        memset(&x, 0, sizeof x);
+        pt_rng_seed(&rng, 8, (uint64_t)n);
+        h.count = n;
+        for (i = 0; i < 400000; i++) {
+            float u[2];
+            double p;
+            pt_vec3 wi;
+            u[0] = pt_rng_float(&rng); u[1] = pt_rng_float(&rng);
+            if (!CHECK(pti_halo_sample(&h, &x, u, &wi))) return;
+            p = (double)pti_halo_pdf(&h, &x, wi);
+            for (k = 0; k < 8; k++) stats_push(m + k, (wi.x > 0) + 2 * (wi.y > 0) + 4 * (wi.z > 0) == k ? 1 / p : 0);
+            for (k = 0; k < 4; k++) stats_push(m + 8 + k, wi.y > 0.5f * (float)k - 1 && wi.y <= 0.5f * (float)k - 0.5f ? 1 / p : 0);
+        }
+        for (k = 0; k < 12; k++) {
+            CHECK_P(stats_t_test(m + k, STATS_PI * (k < 8 ? 0.5 : 1)));
+            CHECK(stats_error(m + k) < 0.01 * m[k].mean);
+        }
+        CHECK(pti_halo_importance(&h, &x) > 0.02f && pti_halo_importance(&h, &x) < 1);
+    }
+}
 /* Means of the cosine: g for HG; for Draine g (1 + alpha (3 + 2 g^2) / 5) / (1 + alpha (1 + 2 g^2) / 3). */
 static void mean_cosines(void) {
     static const float g[] = { 0, 0.3f, -0.6f, 0.9f, 0.99f, 0.62f }, alpha[] = { 0, 0, 0, 0, 0, 28 };
@@ -99,54 +132,10 @@ static void mean_cosines(void) {
 
 /* ---- flights against closed forms ---- */
 
-/* What flights along a ray do, by internal calls: how many pass, where hits are, and the mean of ratio tracking. */
-typedef struct flown { double n, passed, hits[4], sum_t; stats_moments T; } flown;
-static float fly_time;
-static void fly(const pt_scene *s, pt_vec3 org, pt_vec3 dir, float tmax, int n, flown *out) {
-    pti_sampler sampler;
-    pti_flight f;
-    int i, exceeded = 0;
-    memset(out, 0, sizeof *out);
-    memset(&f, 0, sizeof f);
-    memset(&sampler, 0, sizeof sampler);
-    sampler.kind = PT_SAMPLER_RANDOM;
-    sampler.pixel_seed = 77;
-    f.volumes = &s->volumes; f.trace = pti_trace_for(s->isa);
-    f.org = org; f.dir = pti_normalize(dir);
-    f.group = PTI_GROUP_FLIGHT;
-    f.time = fly_time;
-    for (i = 0; i < n; i++) {
-        const pti_volume *hit;
-        float t = tmax;
-        pti_sampler_start(&sampler, (uint32_t)i);
-        f.sampler = &sampler; f.seed = 5; f.index = (uint32_t)i;
-        hit = pti_flight_hit(&f, &t, &exceeded);
-        out->n++;
-        if (!hit) { out->passed++; CHECK(t == tmax); }
-        else { CHECK(t >= 0 && t < tmax); out->hits[hit - s->volumes.all < 4 ? hit - s->volumes.all : 3]++; out->sum_t += (double)t; }
-        if (i % 16) continue;
-        f.sampler = NULL; f.seed = 6;
-        stats_push(&out->T, (double)pti_flight_transmittance(&f, tmax).y);
-    }
-    CHECK(!exceeded);
-}
 static void check_flown(const flown *f, double T) {
+    CHECK(!f->wrong);
     CHECK_P(stats_count_test(f->passed, f->n, T));
     CHECK_P(stats_t_test(&f->T, T) > 0 || fabs(f->T.mean - T) < 2e-6 ? (stats_variance(&f->T) < 1e-12 ? 1.0 : stats_t_test(&f->T, T)) : 0.0);
-}
-static float ramp(void *user, pt_vec3 p) { (void)user; return p.x; }
-static float ramp_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; return pti_min(hi.x, 1.01f); }
-static float bumps(void *user, pt_vec3 p) {                          /* sin^2 of 2 pi x, where that is above 0.3 */
-    float s, c;
-    (void)user;
-    pti_sincos(2 * PTI_PI * p.x, &s, &c);
-    return s * s > 0.3f ? s * s : 0;
-}
-static double bumps_tau(void) {
-    double sum = 0;
-    int i;
-    for (i = 0; i < 1000000; i++) { double s = sin(2 * STATS_PI * (i + 0.5) / 1e6); sum += s * s > 0.3 ? s * s : 0; }
-    return sum / 1e6;
 }
 /* The unit box, once through along x, for each way to track. */
 static void transmittance_of_a_box(void) {
@@ -326,10 +315,10 @@ static void overlapping_volumes_add_up(void) {
 }
 /* The marches' own expectation: prod (1 - sigma step). At tau 1 in 10 steps that is 5.2 % too little, at 3, 43 %. */
 static void marches_are_as_biased_as_they_say(void) {
-    static const float tau[] = { 1, 3, 0.5f };
-    static const int steps[] = { 10, 10, 4 };
+    static const float tau[] = { 1, 3, 0.5f, 1 };
+    static const int steps[] = { 10, 10, 4, 700 };
     int k, way;
-    for (way = 0; way < 2; way++) for (k = 0; k < 3; k++) {
+    for (way = 0; way < 2; way++) for (k = 0; k < 4; k++) {
         pt_scene *s = pt_scene_create(NULL);
         pt_medium_desc d = grey_medium(0.3f * tau[k], 0.7f * tau[k]);
         double want = pow(1 - (double)tau[k] / steps[k], steps[k]);
@@ -339,11 +328,13 @@ static void marches_are_as_biased_as_they_say(void) {
         d.step = 1 / (float)steps[k] * 1.000001f;
         fill_box(s, 0, 1, &d);
         if (!commit(s)) return;
-        fly(s, pt_v3(-1, 0.5f, 0.5f), pt_v3(1, 0, 0), 100, 400000, &f);
+        fly(s, pt_v3(-1, 0.5f, 0.5f), pt_v3(1, 0, 0), 100, k == 3 ? 40000 : 400000, &f);
         CHECK_P(stats_count_test(f.passed, f.n, want));
-        CHECK_NEAR(f.T.mean, want, 1e-5);
+        CHECK_NEAR(f.T.mean, want, k == 3 ? 5e-5 : 1e-5);
         if (k == 0) CHECK_NEAR(want / exp(-1.0) - 1, -0.052, 5e-4);
         if (k == 1) CHECK_NEAR(want / exp(-3.0) - 1, -0.43, 5e-3);
+        fly(s, pt_v3(-3000, 0.5f, 0.5f), pt_v3(1, 0, 0), 4000, 1000, &f);
+        if (k == 3) CHECK_NEAR(f.T.mean, want, 0.01 * want);            /* from afar, where floats are coarse */
         pt_scene_destroy(s);
     }
 }
@@ -392,24 +383,7 @@ static void furnaces_are_white(void) {
         pt_scene_destroy(s);
     }
 }
-/* A half space of isotropic scatterers under a white sky: seen at the cosine mu, its radiance is the plane albedo
-       1 - sqrt(1 - a) H(mu),    H(mu) = 1 + a / 2 mu H(mu) integral of H(x) / (mu + x) over [0,1],
-   a the albedo of one scattering (Chandrasekhar 1950). The equation in the better conditioned form
-       1 / H(mu) = sqrt(1 - a) + a / 2 integral of x H(x) / (mu + x). */
-static double chandrasekhar_h(double a, double mu) {
-    enum { N = 400 };
-    double h[N], x[N], sum = 0, next;
-    int i, j, k;
-    for (i = 0; i < N; i++) { h[i] = 1; x[i] = (i + 0.5) / N; }
-    for (k = 0; k < 200; k++)
-        for (i = 0; i < N; i++) {
-            for (next = 0, j = 0; j < N; j++) next += x[j] * h[j] / (x[i] + x[j]) / N;
-            next = 1 / (sqrt(1 - a) + a / 2 * next);
-            h[i] = 0.5 * (h[i] + next);
-        }
-    for (j = 0; j < N; j++) sum += x[j] * h[j] / (mu + x[j]) / N;
-    return 1 / (sqrt(1 - a) + a / 2 * sum);
-}
+/* Chandrasekhar's half space: see flights.h. */
 static void half_space_albedo(void) {
     static const float albedo[] = { 0.5f, 0.9f, 0.99f }, mu[] = { 1, 0.4f };
     int i, k;
@@ -892,7 +866,7 @@ static void grids_in_files(void) {
 }
 
 void test_medium(void) {
-    RUN(phases_fit_their_densities); RUN(mean_cosines);
+    RUN(phases_fit_their_densities); RUN(halos_fit_their_density); RUN(mean_cosines);
     RUN(transmittance_of_a_box); RUN(transmittance_of_a_grid); RUN(majorants_hold); RUN(bounds_of_all_kinds); RUN(overlapping_volumes_add_up);
     RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
     RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab);

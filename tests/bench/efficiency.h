@@ -40,7 +40,7 @@ static float *render_copy(const pt_scene *s, const pt_render_desc *d, pt_stats *
     return copy;
 }
 /* Of that many samples, which other renders of the scene do not share. */
-static float *reference(const char *name, const pt_scene *s, const pt_render_desc *d, int spp) {
+static inline float *reference(const char *name, const pt_scene *s, const pt_render_desc *d, int spp) {
     pt_render_desc many = *d;
     char path[512];
     pt_image image;

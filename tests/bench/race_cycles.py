@@ -1,8 +1,8 @@
-"""Three scenes of sampling_scenes.h in Blender's Cycles: the other side of race_cycles.c. race_cycles.sh runs both.
+"""Scenes of sampling_scenes.h and race_cycles.c in Blender's Cycles: the other side of race_cycles.c. race_cycles.sh runs both.
 
     blender -b --factory-startup -t 2 -P tests/bench/race_cycles.py -- OUT SIZE SPP REFERENCE SEED SCENE
 
-Renders SCENE (cornell, bunny_sunset or metal_bunny) with SPP samples to OUT/SCENE_cycles_SEED.pfm, and adds a row to
+Renders SCENE (see SCENES below) with SPP samples to OUT/SCENE_cycles_SEED.pfm, and adds a row to
 OUT/seconds.csv: SCENE,cycles,SEED, seconds of the processor and of the clock. Those are of rendering alone: half of what
 3 SPP samples take longer than SPP, so that all a render does but once (synchronising, trees, tables, files) cancels.
 Before the first race, SEED 0 makes a reference of REFERENCE samples: out/reference/SCENE_cycles_SIZExSIZE_REFERENCE.pfm.
@@ -69,6 +69,14 @@ def add_box(scene, lo, hi, m):
     add_mesh(scene, points, [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)], m)
 
 
+def add_ball(scene, middle, radius, m):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=256, ring_count=128, radius=radius, location=here(middle))
+    ball = bpy.context.object
+    ball.data.polygons.foreach_set("use_smooth", [True] * len(ball.data.polygons))
+    ball.data.materials.append(m)
+    ball.cycles.shadow_terminator_geometry_offset = 0
+
+
 def add_bunny(scene, m):
     """Of height 1, on the ground at the origin."""
     with open(BUNNY) as f:
@@ -81,6 +89,47 @@ def add_bunny(scene, m):
     add_mesh(scene, (p / (hi[1] - lo[1])).tolist(), faces, m, True)
 
 
+def add_lamp(scene, middle, size, radiance):
+    """A square one that shines down."""
+    lamp = bpy.data.lights.new("lamp", "AREA")
+    lamp.shape, lamp.size, lamp.energy = "SQUARE", size, radiance * 4 * size * size     # radiance: energy / (4 area)
+    thing = bpy.data.objects.new("lamp", lamp)
+    thing.location = here(middle)
+    thing.visible_camera = True
+    scene.collection.objects.link(thing)
+    x, y, z = middle
+    add_quad(scene, (x - size / 2, y + .0005, z - size / 2), (size, 0, 0), (0, 0, size), matte(0, 0, 0))    # it lets light through: not ours
+
+
+def add_fog(scene, lo, hi, sigma_a, sigma_s, g):
+    m = bpy.data.materials.new("fog")
+    m.use_nodes = True
+    m.cycles.homogeneous_volume = True
+    tree = m.node_tree
+    tree.nodes.clear()
+    scatter, absorb = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes.new("ShaderNodeVolumeAbsorption")
+    both, output = tree.nodes.new("ShaderNodeAddShader"), tree.nodes.new("ShaderNodeOutputMaterial")
+    scatter.inputs["Color"].default_value = (1, 1, 1, 1)
+    scatter.inputs["Density"].default_value, scatter.inputs["Anisotropy"].default_value = sigma_s, g
+    absorb.inputs["Color"].default_value, absorb.inputs["Density"].default_value = (0, 0, 0, 1), sigma_a
+    tree.links.new(scatter.outputs[0], both.inputs[0])
+    tree.links.new(absorb.outputs[0], both.inputs[1])
+    tree.links.new(both.outputs[0], output.inputs["Volume"])
+    points = [[(lo, hi)[i >> k & 1][k] for k in range(3)] for i in range(8)]
+    add_mesh(scene, points, [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)], m)
+
+
+def fog(scene, size, y):
+    white = matte(.6, .6, .6)
+    add_quad(scene, (-3, 0, 3), (6, 0, 0), (0, 0, -6), white)
+    add_ball(scene, (.1, .5, 0), .35, white)
+    add_lamp(scene, (-.3, y, 0), size, 8 / (size * size))
+    add_fog(scene, (-1, .001, -1), (1, 2, 1), .1, .9, .3)
+    look(scene, (0, 1.4, 6), (0, .9, 0), 26)
+    depth(scene, 64)
+    scene.cycles.volume_bounces, scene.cycles.transparent_max_bounces = 63, 1024
+
+
 def cornell(scene):
     white = matte(.73, .73, .73)
     add_quad(scene, (0, 0, 0), (0, 0, 1), (1, 0, 0), white)
@@ -90,13 +139,7 @@ def cornell(scene):
     add_quad(scene, (0, 0, 0), (0, 1, 0), (0, 0, 1), matte(.12, .45, .15))
     add_box(scene, (.15, 0, .15), (.45, .30, .45), white)
     add_box(scene, (.55, 0, .50), (.85, .60, .80), white)
-    lamp = bpy.data.lights.new("lamp", "AREA")
-    lamp.shape, lamp.size, lamp.energy = "SQUARE", .3, 15 * 4 * .3 * .3   # radiance: energy / (4 area)
-    thing = bpy.data.objects.new("lamp", lamp)
-    thing.location = here((.5, .999, .5))
-    thing.visible_camera = True
-    scene.collection.objects.link(thing)
-    add_quad(scene, (.35, .9995, .35), (.3, 0, 0), (0, 0, .3), matte(0, 0, 0))   # such a lamp lets light through: not ours
+    add_lamp(scene, (.5, .999, .5), .3, 15)
     look(scene, (.5, .5, -1.4), (.5, .5, 0), 40)
     depth(scene, 8)
 
@@ -113,6 +156,8 @@ SCENES = {
     "cornell":      cornell,
     "bunny_sunset": lambda scene: bunny(scene, matte(.6, .6, .6)),
     "metal_bunny":  lambda scene: bunny(scene, metal(.9, .7, .4, .3)),
+    "fog":          lambda scene: fog(scene, .6, 2.6),
+    "fog_lamp":     lambda scene: fog(scene, .06, 1.4),
 }
 
 

@@ -12,14 +12,14 @@ while [ $# -gt 0 ]; do
             case ${2:-x} in *[!0-9]*|0*) usage 1 ;; esac
             eval "${1#--}=\$2"; shift ;;
         --wall) wall=wall ;;
-        cornell|bunny_sunset|metal_bunny) scenes="$scenes $1" ;;
+        cornell|bunny_sunset|metal_bunny|fog|fog_lamp) scenes="$scenes $1" ;;
         --help) usage 0 ;;
         *) usage 1 ;;
     esac
     shift
 done
 command -v blender >/dev/null || { echo 'race_cycles: skipped, there is no blender'; exit 0; }
-: "${scenes:=cornell bunny_sunset metal_bunny}"
+: "${scenes:=cornell bunny_sunset metal_bunny fog fog_lamp}"
 
 here=tests/bench out=out/race/${size}x$spp
 mkdir -p "$out" out/reference
