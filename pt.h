@@ -9907,12 +9907,15 @@ static int pti_render_ahead(pt_render *r, uint32_t seed, uint32_t first, uint32_
     return 1;
 }
 /* First the mixture learns its shares, in two passes, the second with what the first has learned. One thread does it while
-   the others wait. The number of paths depends on nothing but the picture's size. 0: cancelled. */
-#define PTI_AHEAD 32768
+   the others wait. The number of paths depends on nothing but the picture's size: one a pixel in all, but for small pictures,
+   which take some for themselves, and large ones, which need no more. 0: cancelled. */
+#define PTI_AHEAD_LEAST 8192
+#define PTI_AHEAD_MOST 65536
 #define PTI_AHEAD_SEED 0x0a4eadu
 static int pti_render_shares(pt_render *r) {
     double pixels = (double)r->desc.width * (double)r->desc.height;
-    uint32_t n = 2 * pixels < PTI_AHEAD ? 2 * (uint32_t)pixels : PTI_AHEAD, pass;
+    double paths = pixels < PTI_AHEAD_LEAST ? pixels * 4 < PTI_AHEAD_LEAST ? pixels * 4 : PTI_AHEAD_LEAST : pixels;
+    uint32_t n = (uint32_t)(paths < PTI_AHEAD_MOST ? paths : PTI_AHEAD_MOST) / 2, pass;
     memset(r->shares.cells, 0, PTI_SHARE_CELLS * sizeof *r->shares.cells);
     memset(r->shares.sums, 0, PTI_SHARE_CELLS * sizeof *r->shares.sums);
     for (pass = 0; pass < 2; pass++) {
