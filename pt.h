@@ -151,7 +151,7 @@ PT_DEF pt_scene   *pt_scene_create(const pt_scene_desc *desc);   /* NULL desc = 
 PT_DEF void        pt_scene_destroy(pt_scene *s);                /* NULL is fine. Renders and instances of s go first */
 PT_DEF pt_result   pt_scene_commit(pt_scene *s);                 /* builds the trees; the scene is read-only from then on */
 /* After the positions or normals of borrowed meshes have changed (not how many, nor the indices), or a scene that instances show was
-   refitted: makes the boxes of the trees anew and leaves their shape, which takes less than a tenth of the time. Rays are the slower
+   refitted: makes the boxes of the trees anew and leaves all else, which takes about a tenth of the time. Rays are the slower
    the farther things have moved from their old neighbours; then commit a new scene. Nobody may be reading the scene, and its
    renders start anew. PT_ERR_STATE before commit and where there are media; PT_ERR_ARG where a vertex is not finite. */
 PT_DEF pt_result   pt_scene_refit(pt_scene *s);
@@ -1982,7 +1982,7 @@ static int pti_sphere_hit(const pti_sphere *s, const pti_ray *r, float tmax, flo
     return *t > r->tmin && *t <= tmax;
 }
 
-static pt_vec3 pti_mesh_position(const pti_mesh *m, uint32_t vertex) {
+PTI_INLINE pt_vec3 pti_mesh_position(const pti_mesh *m, uint32_t vertex) {
     const float *p = (const float *)(const void *)((const char *)m->positions + (size_t)vertex * m->stride);
     return pt_v3(p[0], p[1], p[2]);
 }
@@ -1990,11 +1990,11 @@ static pt_vec3 pti_vec3_at(const float *array, uint32_t i) {
     const float *p = array + 3 * (size_t)i;
     return pt_v3(p[0], p[1], p[2]);
 }
-static uint32_t pti_mesh_index(const pti_mesh *m, uint32_t triangle, int corner) {
+PTI_INLINE uint32_t pti_mesh_index(const pti_mesh *m, uint32_t triangle, int corner) {
     size_t i = (size_t)triangle * 3 + (size_t)corner;
     return m->indices ? m->indices[i] : (uint32_t)i;
 }
-static void pti_mesh_triangle(const pti_mesh *m, uint32_t triangle, pt_vec3 v[3]) {
+PTI_INLINE void pti_mesh_triangle(const pti_mesh *m, uint32_t triangle, pt_vec3 v[3]) {
     int k;
     for (k = 0; k < 3; k++) v[k] = pti_mesh_position(m, pti_mesh_index(m, triangle, k));
 }
@@ -2349,16 +2349,15 @@ static void pti_node_order(pti_node *n) {
     int octant, i, j;
     for (octant = 0; octant < 4; octant++) {
         float sx = octant & 1 ? -1.0f : 1.0f, sy = octant & 2 ? -1.0f : 1.0f, key[PTI_WIDTH];
-        uint32_t order = 0, other = 0;
+        uint32_t order = 0, other = 0, farther = 0;      /* how many are, four bits each */
         for (i = 0; i < PTI_WIDTH; i++)
             key[i] = sx * (n->plane[0][i] + n->plane[1][i]) + sy * (n->plane[2][i] + n->plane[3][i])
                    + (n->plane[4][i] + n->plane[5][i]);
-        for (i = 0; i < PTI_WIDTH; i++) {
-            int farther = 0;
-            for (j = 0; j < i; j++) farther += key[j] >= key[i];
-            for (j = i + 1; j < PTI_WIDTH; j++) farther += key[j] > key[i];
-            order |= (uint32_t)i << (4 * farther);
-            other |= (uint32_t)i << (4 * (PTI_WIDTH - 1 - farther));
+        for (i = 1; i < PTI_WIDTH; i++)
+            for (j = 0; j < i; j++) farther += 1u << 4 * (key[j] >= key[i] ? i : j);
+        for (i = 0; i < PTI_WIDTH; i++, farther >>= 4) {
+            order |= (uint32_t)i << 4 * (farther & 7);
+            other |= (uint32_t)i << 4 * (PTI_WIDTH - 1 - (farther & 7));
         }
         n->order[octant] = order;
         n->order[7 - octant] = other;
@@ -2664,7 +2663,6 @@ static pti_bounds pti_refit_child(pti_refit *r, uint32_t child, int above) {    
         pti_node_set(n, k, &box, n->child[k]);
         pti_bounds_merge(&whole, &box);
     }
-    pti_node_order(n);
     return whole;
 }
 static void pti_refit_task(void *user, size_t i) {
