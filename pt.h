@@ -6422,6 +6422,10 @@ static int pti_environment_build(pti_environment *e, const pt_allocator *a) {   
 
 typedef struct pti_albedo_list { pti_albedo albedo; struct pti_albedo_list *next; } pti_albedo_list;
 
+#define PTI_FIRES 4
+#define PTI_FIRE_SHARE 0.4f                              /* of the mixture, at most */
+typedef struct pti_fire { pt_vec3 p; float radius, power; } pti_fire;    /* what glows in a volume, and a ball about it */
+typedef struct pti_fires { const struct pt_scene *scene; int count; pti_fire all[PTI_FIRES]; } pti_fires;
 typedef struct pti_filling { uint32_t shape, medium; } pti_filling;        /* ids; shape 0 = everywhere */
 
 struct pt_scene {
@@ -6439,6 +6443,7 @@ struct pt_scene {
     pti_material *particles;                             /* one of each medium */
     pti_filling *fillings;      size_t filling_count, filling_capacity;
     pti_volumes volumes;
+    pti_fires fires;
     pt_density_desc *densities; size_t density_count, density_capacity;
     float density_weight;                                /* sum over densities, at most 0.95 */
     pti_albedo_list *albedos;
@@ -7936,6 +7941,20 @@ static int pti_volumes_build(pt_scene *s) {              /* 0: an error, or out 
     }
     return pti_volumes_tree(s);
 }
+/* A density that a scene adds to its mixture by itself. It leaves the users' theirs. */
+static int pti_density_own(pt_scene *s, float share, int (*sample)(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi),
+                           float (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi),
+                           float (*importance)(void *user, const pt_vertex *x), void *user) {        /* 0 when out of memory */
+    void *array = s->densities;
+    pt_density_desc *d = (pt_density_desc *)pti_scene_slot(s, &array, &s->density_count, &s->density_capacity, sizeof *d);
+    s->densities = (pt_density_desc *)array;
+    if (!d) return 0;
+    d->weight = share * (1 - pti_min(s->density_weight, 0.95f));
+    s->density_weight += d->weight;
+    d->sample = sample; d->pdf = pdf; d->importance = importance;
+    d->user = user;
+    return 1;
+}
 /* Lamps in constant media that scatter get a halo, if they are few; the users' densities leave it a share. */
 static int pti_volume_holds(const pti_volume *v, pt_vec3 p) {
     if (v->in) p = pti_xform_point(&v->in->to_local, p);
@@ -7946,8 +7965,6 @@ static int pti_volume_holds(const pti_volume *v, pt_vec3 p) {
 }
 static int pti_halos_build(pt_scene *s) {                /* 0 when out of memory */
     pti_halos *h = &s->volumes.halos;
-    pt_density_desc *d;
-    void *array = s->densities;
     size_t i, k;
     for (i = 0; s->volumes.aim && i < s->lights.count; i++) {
         pti_bounds b = pti_emitter_bounds(s->lights.emitters + i);
@@ -7964,13 +7981,94 @@ static int pti_halos_build(pt_scene *s) {                /* 0 when out of memory
         h->lamp[h->count++] = lamp;
     }
     if (!h->count) return 1;
-    d = (pt_density_desc *)pti_scene_slot(s, &array, &s->density_count, &s->density_capacity, sizeof *d);
-    s->densities = (pt_density_desc *)array;
-    if (!d) return 0;
-    d->weight = PTI_HALO_SHARE * (1 - pti_min(s->density_weight, 0.95f));
-    d->sample = pti_halo_sample; d->pdf = pti_halo_pdf; d->importance = pti_halo_importance;
-    d->user = h;
+    return pti_density_own(s, PTI_HALO_SHARE, pti_halo_sample, pti_halo_pdf, pti_halo_importance, h);
+}
+
+/* What glows in media is aimed at as a ball about it, a cone from outside: p = 1 / (2 pi (1 - cos)). Along the ray its light is then
+   gathered where it is. Power: the integral of epsilon over the volume, as well as it is known. */
+static float pti_fire_weight(const pti_fire *f, const pt_vertex *x, pt_vec3 *axis, float *one_minus_cos) {   /* fluence; 0 within */
+    float d = pti_length(pti_sub(f->p, x->p)), sine = f->radius / d;
+    if (!(sine < 0.999f)) return 0;
+    *axis = pti_scale(pti_sub(f->p, x->p), 1 / d);
+    *one_minus_cos = sine * sine / (1 + pti_safe_sqrt(1 - sine * sine));
+    return f->power / (d * d);
+}
+static float pti_fires_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
+    const pti_fires *f = (const pti_fires *)user;
+    float all = 0, sum = 0, w, cone;
+    pt_vec3 axis;
+    int k;
+    for (k = 0; k < f->count; k++) {
+        w = pti_fire_weight(f->all + k, x, &axis, &cone);
+        if (!(w > 0)) continue;
+        all += w;
+        if (pti_in_cone(axis, cone, wi)) sum += w * pti_pdf_cone(cone);
+    }
+    return all > 0 ? sum / all : 0.0f;
+}
+static int pti_fires_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) {
+    const pti_fires *f = (const pti_fires *)user;
+    float w[PTI_FIRES], cone[PTI_FIRES], all = 0, r;
+    pt_vec3 axis[PTI_FIRES];
+    int k;
+    for (k = 0; k < f->count; k++) all += w[k] = pti_fire_weight(f->all + k, x, axis + k, cone + k);
+    if (!(all > 0)) return 0;
+    r = u[0] * all;
+    for (k = 0; k < f->count - 1 && r >= w[k]; k++) r -= w[k];
+    if (!(w[k] > 0)) return 0;
+    *wi = pti_sample_cone_about(axis[k], cone[k], pti_min(r / w[k], 1), u[1]);
     return 1;
+}
+static float pti_fires_importance(void *user, const pt_vertex *x) {
+    const pti_fires *f = (const pti_fires *)user;
+    float fire = 0, cone, others = 0;
+    pt_vec3 axis;
+    pti_receiver r;
+    int k;
+    for (k = 0; k < f->count; k++) fire += pti_fire_weight(f->all + k, x, &axis, &cone);
+    r.p = x->p; r.n = pt_v3(0, 0, 0);
+    if (f->scene->lights.count) others = pti_lights_irradiance(&f->scene->lights, &r);
+    if (f->scene->environment.irradiance) others += pti_environment_irradiance(&f->scene->environment, r.n);
+    return fire > 0 ? fire / (fire + others) : 0.0f;
+}
+/* The box of the cells where there is something, and the integral of what there may be. */
+static float pti_fire_bounds(const pti_volume *v, pti_bounds *b) {
+    const int *n = v->cells;
+    float sum = 0, size;
+    pt_xform from_unit;
+    int i, k;
+    *b = pti_bounds_empty();
+    if (!pti_xform_invert(&v->to_unit, &from_unit)) return 0;
+    size = fabsf((float)pti_xform_det(&from_unit));
+    if (v->in || !v->majorants) {
+        pti_volume_world(v, b);
+        return size * (v->medium->varies ? v->medium->density_max : 1.0f);
+    }
+    for (i = 0; i < n[0] * n[1] * n[2]; i++) {
+        if (!(v->majorants[i] > 0)) continue;
+        sum += v->majorants[i];
+        for (k = 0; k < 8; k++)
+            pti_bounds_point(b, pti_xform_point(&from_unit, pt_v3((float)(i % n[0] + (k & 1)) / (float)n[0],
+                (float)(i / n[0] % n[1] + (k >> 1 & 1)) / (float)n[1], (float)(i / n[0] / n[1] + (k >> 2)) / (float)n[2])));
+    }
+    return sum * size / (float)(n[0] * n[1] * n[2]);
+}
+static int pti_fires_build(pt_scene *s) {                /* 0 when out of memory */
+    pti_fires *f = &s->fires;
+    size_t i;
+    f->scene = s;
+    f->count = 0;
+    for (i = s->volumes.unbounded; i < s->volumes.count; i++) {
+        const pti_volume *v = s->volumes.all + i;
+        pti_bounds b;
+        float amount;
+        if (!v->medium->emits || !((amount = pti_fire_bounds(v, &b)) > 0)) continue;
+        if (f->count == PTI_FIRES) { f->count = 0; return 1; }
+        f->all[f->count].p = pti_scale(pti_add(b.lo, b.hi), 0.5f);
+        f->all[f->count].radius = 0.5f * pti_length(pti_sub(b.hi, b.lo));
+        f->all[f->count++].power = amount * pti_luminance(v->medium->emission);
+    }
+    return !f->count || pti_density_own(s, PTI_FIRE_SHARE, pti_fires_sample, pti_fires_pdf, pti_fires_importance, f);
 }
 PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     pti_fpmode mode;
@@ -7983,7 +8081,7 @@ PT_DEF pt_result pt_scene_commit(pt_scene *s) {
         && pti_bvh_build(&s->geometry, &s->allocator, s->quality, s->threads > 0 ? s->threads : pti_cores())
         && pti_environment_build(&s->environment, &s->allocator)
         && pti_collect_emitters(s, s, NULL) && pti_lights_build(&s->lights, &s->allocator)
-        && pti_halos_build(s);
+        && pti_halos_build(s) && pti_fires_build(s);
     pti_fpmode_leave(mode);
     if (!fine && s->error.code == PT_OK) pti_fail(&s->error, PT_ERR_MEMORY, "pt_scene_commit: out of memory");
     if (!fine) return s->error.code;
