@@ -168,6 +168,7 @@ static inline void brute_geometry(const pti_geometry *g, const pti_ray *r, pti_h
             float t, u = 0, v = 0;
             if (s->kind == PTI_MESH) {
                 pti_packet p;
+                pti_lanes at;
                 pt_vec3 c[3];
                 int corner;
                 memset(&p, 0, sizeof p);
@@ -176,7 +177,8 @@ static inline void brute_geometry(const pti_geometry *g, const pti_ray *r, pti_h
                 for (corner = 0; corner < 3; corner++) {
                     p.v[corner][0][0] = c[corner].x; p.v[corner][1][0] = c[corner].y; p.v[corner][2][0] = c[corner].z;
                 }
-                if (!pti_triangle(&p, 0, r, &t, &u, &v)) continue;
+                if (!pti_triangle(&p, 0, r, &at)) continue;
+                t = at.t[0]; u = at.V[0] / at.det[0]; v = at.W[0] / at.det[0];
             } else if (s->kind == PTI_SPHERE) {
                 if (!pti_sphere_hit(&s->as.sphere, r, FLT_MAX, &t)) continue;
             } else {

@@ -9,7 +9,7 @@
 #define CHAPTERS(X) X(scene) X(render)
 #else
 #define CHAPTERS(X) \
-    X(math) X(random) X(warp) X(spectrum) X(shape) X(bvh) X(kernel) X(texture) X(medium) X(microfacet) X(measured) X(bsdf) X(material) X(light) X(scene) \
+    X(math) X(random) X(warp) X(spectrum) X(shape) X(bvh) X(kernel) X(texture) X(medium) X(microfacet) X(measured) X(bsdf) X(material) X(light) X(scene) X(guide) \
     X(mixture) X(path) X(nee) X(camera) X(film) X(render) X(image) X(mesh)
 #endif
 

@@ -37,7 +37,8 @@ static int mix_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
 static double mix_pdf(void *ctx, pt_vec3 wi) {           /* what reflects nothing is not drawn */
     mix_test *t = (mix_test *)ctx;
     pt_vec3 f;
-    return pti_mixture_pdf(&t->mix, wi, &f);
+    float guided;
+    return pti_mixture_pdf(&t->mix, wi, &f, &guided);
 }
 static void chi2_mixture(mix_test *t, double total, uint64_t seed) {
     chi2_directions_desc d;
@@ -162,12 +163,13 @@ static void weights_of_steps(void) {
         pti_step step;
         mix_test t;
         pt_vec3 f;
+        float guided;
         choice[0] = choice[1] = pt_rng_u32(&rng);
         if (!mix_at(&t, s, x, z, w[i % 3])) break;
         if (!pti_mixture_sample(&t.mix, u, v, choice, &step)) continue;
         drawn++;
         CHECK(step.weight.x > 0 && step.weight.x <= 0.5f / t.mix.bsdf * 1.0001f);
-        CHECK_NEAR(step.weight.x * pti_mixture_pdf(&t.mix, step.wi, &f), 0.5 * step.wi.y / STATS_PI, 1e-5);
+        CHECK_NEAR(step.weight.x * pti_mixture_pdf(&t.mix, step.wi, &f, &guided), 0.5 * step.wi.y / STATS_PI, 1e-5);
         CHECK_NEAR(pti_length(step.wi), 1, 1e-5);
     }
     CHECK(drawn > 10000);
@@ -349,6 +351,29 @@ static void hidden_lamps_lose_their_share(void) {
     }
 }
 
+/* In a room that a lamp lights, a guide soon sees that there is nothing to do for it; behind a wall with a gap there is. */
+static void guides_step_aside(void) {
+    int gap;
+    for (gap = 0; gap < 2; gap++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 0), 40, 32, 1);
+        pt_render *r;
+        cornell(s, &d);
+        if (gap) {                                       /* the lamp in a hood, open a little to the back wall */
+            pt_material white = diffuse(s, 0.73f);
+            quad(s, -1, 1.5f, 1, 2, 0, 0, 0, 0, -1.8f, white);
+            quad(s, -1, 1.5f, 1, 2, 0, 0, 0, 0.5f, 0, white);
+        }
+        d.guide = 64;
+        r = commit(s) ? pt_render_create(s, &d) : NULL;
+        if (!CHECK(pt_render_run(r) == PT_OK)) return;
+        test_case("%s: windows weigh %.3f", gap ? "gap" : "lamp", r->guide.share);
+        CHECK((r->tracer.guide != NULL) == gap);
+        pt_render_destroy(r);
+        pt_scene_destroy(s);
+    }
+}
+
 /* Directions of a user's that are none, where tables wait to be looked up by them: counted, and nothing worse. */
 static pt_vec3 astray;
 static int astray_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) { (void)user; (void)x; (void)u; *wi = astray; return 1; }
@@ -458,6 +483,7 @@ void test_mixture(void) {
     RUN(density_of_everything); RUN(density_less_what_is_lost); RUN(weights_of_steps);
     RUN(shares_that_are_set); RUN(shares_that_are_automatic); RUN(lights_nearby_weigh_more); RUN(shares_of_densities);
     RUN(directions_that_are_none); RUN(shares_step_to_the_best); RUN(hidden_lamps_lose_their_share);
+    RUN(guides_step_aside);
     RUN(agrees_in_cornell_box); RUN(agrees_by_the_wall); RUN(agrees_on_hidden_lights); RUN(agrees_on_a_mesh_light);
     RUN(agrees_under_the_sun); RUN(agrees_on_mirror_and_glass); RUN(agrees_on_instances); RUN(agrees_in_a_closed_room);
     RUN(agrees_with_densities); RUN(agrees_through_a_lens); RUN(agrees_in_a_white_room);

@@ -40,6 +40,7 @@ static exact exact_triangle(const v3 c[3], const pt_ray *ray, double t_float) {
 }
 static int float_triangle(const v3 c[3], const pt_ray *ray, float *t, float *u, float *v) {
     pti_packet p;
+    pti_lanes at;
     pti_ray r;
     int k;
     memset(&p, 0, sizeof p);
@@ -47,7 +48,9 @@ static int float_triangle(const v3 c[3], const pt_ray *ray, float *t, float *u, 
         p.v[k][0][0] = (float)c[k].x; p.v[k][1][0] = (float)c[k].y; p.v[k][2][0] = (float)c[k].z;
     }
     pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, 0);
-    return pti_triangle(&p, 0, &r, t, u, v);
+    if (!pti_triangle(&p, 0, &r, &at)) return 0;
+    *t = at.t[0]; *u = at.V[0] / at.det[0]; *v = at.W[0] / at.det[0];
+    return 1;
 }
 static void random_triangle(pt_rng *r, int kind, v3 c[3]) {
     double size = magnitude(r, 0.1, 10);

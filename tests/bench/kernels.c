@@ -1,7 +1,7 @@
 /* kernels.c - how fast are pt.h's ray queries? The same rays for pt.h and, where it is installed, Embree 3 (libembree-dev): one ray
    at a time, in one thread, interleaved; processor time, medians. kernels.sh builds this and passes on what libraries there are.
    usage: kernels [--quick] [--runs N] [--isa scalar|sse2|avx2|neon] [--scenes a,b,...] [--libraries a,b,...] [--csv FILE]
-                  [--no-build] [--leaks RAYS]
+                  [--no-build] [--threads N] [--leaks RAYS]
    The first library of the list is the one that all are compared with, embree if it is there. */
 #define _GNU_SOURCE
 #include <float.h>
@@ -301,6 +301,7 @@ static int parse(options *o, int argc, char **argv) {
         else if (!strcmp(argv[i], "--leaks")) o->leaks = (size_t)atof(value);
         else if (!strcmp(argv[i], "--size")) o->size = atoi(value);
         else if (!strcmp(argv[i], "--isa")) o->isa = value;
+        else if (!strcmp(argv[i], "--threads")) o->threads = atoi(value);
         else if (!strcmp(argv[i], "--scenes")) o->scenes = value;
         else if (!strcmp(argv[i], "--csv")) o->csv = value;
         else if (!strcmp(argv[i], "--libraries")) {
