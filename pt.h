@@ -8142,6 +8142,51 @@ static int pti_fires_build(pt_scene *s) {                /* 0 when out of memory
     }
     return !f->count || pti_density_own(s, PTI_FIRE_SHARE, pti_fires_sample, pti_fires_pdf, pti_fires_importance, f);
 }
+
+/* The aureole. Droplets scatter nearly straight on, so round the sun the sky of a cloud is bright, as far as its phase function
+   is wide: a particle draws some directions by that function about the sun, and the next one finds the sun itself. */
+#define PTI_AUREOLE_SHARE 0.25f                          /* of the mixture, at most */
+static const pti_phase *pti_aureole_at(const pt_scene *s, const pt_vertex *x) {         /* NULL: none here */
+    const pti_phase *p = x->volume.id ? &s->volumes.all[x->volume.id - 1].medium->phase : NULL;
+    return p && !p->pdf && (p->g > 0.5f || (p->mix > 0 && p->g2 > 0.5f)) ? p : NULL;
+}
+static float pti_aureole_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
+    const pt_scene *s = (const pt_scene *)user;
+    const pti_phase *p = pti_aureole_at(s, x);
+    pt_vertex about = *x;
+    float sum = 0;
+    uint32_t k;
+    if (!p) return 0;
+    for (k = 0; k < s->environment.sun_count; k++) {
+        about.wo = pti_neg(s->environment.suns[k].axis);
+        sum += pti_phase_pdf(p, &about, wi);
+    }
+    return sum / (float)s->environment.sun_count;
+}
+static int pti_aureole_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) {
+    const pt_scene *s = (const pt_scene *)user;
+    const pti_phase *p = pti_aureole_at(s, x);
+    pt_vertex about = *x;
+    float which = u[0] * (float)s->environment.sun_count;
+    uint32_t k = (uint32_t)which < (uint32_t)s->environment.sun_count ? (uint32_t)which : (uint32_t)s->environment.sun_count - 1;
+    if (!p) return 0;
+    about.wo = pti_neg(s->environment.suns[k].axis);
+    return pti_phase_sample(p, &about, (uint32_t)(pti_clamp(which - (float)k, 0, 0.9999999f) * 4294967296.0f),
+                            (uint32_t)(u[1] * 4294967296.0f), wi);
+}
+static float pti_aureole_importance(void *user, const pt_vertex *x) {
+    return pti_aureole_at((const pt_scene *)user, x) ? 1.0f : 0.0f;
+}
+static int pti_aureole_build(pt_scene *s) {              /* 0 when out of memory */
+    int any = 0;
+    size_t i;
+    for (i = 0; i < s->volumes.count; i++) {
+        const pti_medium *m = s->volumes.all[i].medium;
+        any |= m->scatters && (m->phase.g > 0.5f || (m->phase.mix > 0 && m->phase.g2 > 0.5f));
+    }
+    return !any || !s->environment.sun_count
+        || pti_density_own(s, PTI_AUREOLE_SHARE, pti_aureole_sample, pti_aureole_pdf, pti_aureole_importance, s);
+}
 PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     pti_fpmode mode;
     int fine;
@@ -8153,7 +8198,7 @@ PT_DEF pt_result pt_scene_commit(pt_scene *s) {
         && pti_bvh_build(&s->geometry, &s->allocator, s->quality, s->threads > 0 ? s->threads : pti_cores())
         && pti_environment_build(&s->environment, &s->allocator)
         && pti_collect_emitters(s, s, NULL) && pti_lights_build(&s->lights, &s->allocator)
-        && pti_halos_build(s) && pti_fires_build(s);
+        && pti_halos_build(s) && pti_fires_build(s) && pti_aureole_build(s);
     pti_fpmode_leave(mode);
     if (!fine && s->error.code == PT_OK) pti_fail(&s->error, PT_ERR_MEMORY, "pt_scene_commit: out of memory");
     if (!fine) return s->error.code;
@@ -9059,17 +9104,22 @@ static void pti_path_aim(const pti_tracer *t, pti_flight *f, float end) {
         if (e) pti_path_aim_at(f, e);
     }
 }
-/* How much brighter it is at a particle than where the path came from. A path that was aimed at a lamp has a small f / p, but one
-   that hits a particle right before it will bring much: it is no victim for roulette. */
-static float pti_path_brightening(const pti_lights *l, pt_vec3 from, pt_vec3 p) {
+/* How much brighter it is at a particle than the path thinks. Who aims at a lamp has a small f / p, but who then hits a particle
+   right before it will bring much; so will who flies nearly towards a sun and is scattered nearly straight on. They are no
+   victims for roulette. */
+static float pti_path_brightening(const pt_scene *s, pt_vec3 from, pt_vec3 dir, const pt_vertex *x) {
+    const pti_lights *l = &s->lights;
+    float bright = 1, before;
     pti_receiver r;
-    float before;
-    if (!l->count) return 1;
     r.n = pt_v3(0, 0, 0);
     r.p = from;
-    before = pti_lights_irradiance(l, &r);
-    r.p = p;
-    return pti_max(1, pti_lights_irradiance(l, &r) / pti_max(before, 1e-30f));
+    if (l->count) {
+        before = pti_lights_irradiance(l, &r);
+        r.p = x->p;
+        bright = pti_max(1, pti_lights_irradiance(l, &r) / pti_max(before, 1e-30f));
+    }
+    if (s->environment.sun_count) bright = pti_max(bright, 4 * PTI_PI * pti_aureole_pdf((void *)(uintptr_t)s, x, dir));
+    return bright;
 }
 /* What a flight changes of a path. Le: what the ray's end emits, to be added if it gets there. */
 typedef struct pti_carried { pt_vec3 L, beta, potential, Le; int exceeded; } pti_carried;
@@ -9312,6 +9362,17 @@ static void pti_path_send(pti_walk *w, pti_path path, const pti_mixture *mix, fl
     if (t->integrator) w->nee.p = step.p;
     w->path[w->count++] = path;
 }
+/* Those that have just been sent come in such an order that the weakest is followed first. It ends soon, as most rays to lamps do;
+   were it kept for later, a long walk would fill up all the room with such, and could split no more. */
+static void pti_walk_order(pti_walk *w, int first) {
+    int i, k;
+    for (i = first + 1; i < w->count; i++)
+        for (k = i; k > first && pti_largest(w->path[k].potential) > pti_largest(w->path[k - 1].potential); k--) {
+            pti_path weaker = w->path[k - 1];
+            w->path[k - 1] = w->path[k];
+            w->path[k] = weaker;
+        }
+}
 /* Follows the last path to its next vertex, and sends it on from there. */
 static void pti_path_follow(pti_walk *w) {
     const pti_tracer *t = w->tracer;
@@ -9324,7 +9385,7 @@ static void pti_path_follow(pti_walk *w) {
     pti_mixture mix;
     uint32_t u[2], choice[2] = { 0, 0 };
     float calm, bright = 1;
-    int n, k;
+    int n, k, first;
     x.wavelength = path.wavelength;
     if (!m || m->emits) {
         Le = m ? pti_material_emission(m, &x) : pti_environment_radiance(&s->environment, path.dir);
@@ -9353,7 +9414,7 @@ static void pti_path_follow(pti_walk *w) {
     if (!surface.count) return;                          /* black, as lamps are */
     pti_draw2(w->sampler, path.group, 0, u);
     if (s->lights.count > 1 || s->density_count || m->wants_choice) pti_draw2(w->sampler, path.group, 1, choice);
-    if (x.volume.id) bright = pti_path_brightening(&s->lights, path.org, x.p);
+    if (x.volume.id) bright = pti_path_brightening(s, path.org, path.dir, &x);
     path.potential = pti_scale(path.potential, bright);
     if (!pti_path_goes_on(t, &surface, &path.beta, &path.potential, pti_hash2(w->sampler->index, u[0]))) return;
     path.potential = pti_scale(path.potential, 1 / bright);
@@ -9366,7 +9427,9 @@ static void pti_path_follow(pti_walk *w) {
     calm = pti_mixture_calm(&mix, pti_largest(path.potential));
     if (t->integrator)
         w->L = pti_add(w->L, pti_mul(path.beta, pti_nee_at(t, &mix, w->sampler, path.group, &w->nee, w->rays)));
+    first = w->count;
     for (k = 0; k < n; k++) pti_path_send(w, path, &mix, calm, k, n, u, choice);
+    pti_walk_order(w, first);
 }
 /* wavelength: 0 where the camera let all of them through. trail: NULL but for paths that go ahead. */
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, const pt_ray *start, float wavelength,
