@@ -637,7 +637,7 @@ AGREES(agrees_on_a_mesh_in_two_media, mesh_in_two_media, 96)
 AGREES(agrees_on_smoke, chromatic_smoke, 96)
 AGREES(agrees_inside_a_cloud, inside_a_cloud, 96)
 AGREES(agrees_on_many_bounds, many_bounds, 128)
-AGREES(agrees_on_droplets, sunlit_droplets, 128)
+AGREES(agrees_on_droplets, sunlit_droplets, 512)
 /* The aureole's density: what is drawn at one of its particles, over the density, fills octants alike. */
 static void aureoles_fit_their_density(void) {
     pt_scene *s = pt_scene_create(NULL);
