@@ -6560,6 +6560,10 @@ static int pti_environment_build(pti_environment *e, const pt_allocator *a) {   
 
 typedef struct pti_albedo_list { pti_albedo albedo; struct pti_albedo_list *next; } pti_albedo_list;
 
+#define PTI_FIRES 4
+#define PTI_FIRE_SHARE 0.4f                              /* of the mixture, at most */
+typedef struct pti_fire { pt_vec3 p; float radius, power; } pti_fire;    /* what glows in a volume, and a ball about it */
+typedef struct pti_fires { const struct pt_scene *scene; int count; pti_fire all[PTI_FIRES]; } pti_fires;
 typedef struct pti_filling { uint32_t shape, medium; } pti_filling;        /* ids; shape 0 = everywhere */
 
 struct pt_scene {
@@ -6577,6 +6581,7 @@ struct pt_scene {
     pti_material *particles;                             /* one of each medium */
     pti_filling *fillings;      size_t filling_count, filling_capacity;
     pti_volumes volumes;
+    pti_fires fires;
     pt_density_desc *densities; size_t density_count, density_capacity;
     float density_weight;                                /* sum over densities, at most 0.95 */
     pti_albedo_list *albedos;
@@ -8076,6 +8081,20 @@ static int pti_volumes_build(pt_scene *s) {              /* 0: an error, or out 
     }
     return pti_volumes_tree(s);
 }
+/* A density that a scene adds to its mixture by itself. It leaves the users' theirs. */
+static int pti_density_own(pt_scene *s, float share, int (*sample)(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi),
+                           float (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi),
+                           float (*importance)(void *user, const pt_vertex *x), void *user) {        /* 0 when out of memory */
+    void *array = s->densities;
+    pt_density_desc *d = (pt_density_desc *)pti_scene_slot(s, &array, &s->density_count, &s->density_capacity, sizeof *d);
+    s->densities = (pt_density_desc *)array;
+    if (!d) return 0;
+    d->weight = share * (1 - pti_min(s->density_weight, 0.95f));
+    s->density_weight += d->weight;
+    d->sample = sample; d->pdf = pdf; d->importance = importance;
+    d->user = user;
+    return 1;
+}
 /* Lamps in constant media that scatter get a halo, if they are few; the users' densities leave it a share. */
 static int pti_volume_holds(const pti_volume *v, pt_vec3 p) {
     if (v->in) p = pti_xform_point(&v->in->to_local, p);
@@ -8086,8 +8105,6 @@ static int pti_volume_holds(const pti_volume *v, pt_vec3 p) {
 }
 static int pti_halos_build(pt_scene *s) {                /* 0 when out of memory */
     pti_halos *h = &s->volumes.halos;
-    pt_density_desc *d;
-    void *array = s->densities;
     size_t i, k;
     for (i = 0; s->volumes.aim && i < s->lights.count; i++) {
         pti_bounds b = pti_emitter_bounds(s->lights.emitters + i);
@@ -8104,13 +8121,139 @@ static int pti_halos_build(pt_scene *s) {                /* 0 when out of memory
         h->lamp[h->count++] = lamp;
     }
     if (!h->count) return 1;
-    d = (pt_density_desc *)pti_scene_slot(s, &array, &s->density_count, &s->density_capacity, sizeof *d);
-    s->densities = (pt_density_desc *)array;
-    if (!d) return 0;
-    d->weight = PTI_HALO_SHARE * (1 - pti_min(s->density_weight, 0.95f));
-    d->sample = pti_halo_sample; d->pdf = pti_halo_pdf; d->importance = pti_halo_importance;
-    d->user = h;
+    return pti_density_own(s, PTI_HALO_SHARE, pti_halo_sample, pti_halo_pdf, pti_halo_importance, h);
+}
+
+/* What glows in media is aimed at as a ball about it, a cone from outside: p = 1 / (2 pi (1 - cos)). Along the ray its light is then
+   gathered where it is. Power: the integral of epsilon over the volume, as well as it is known. */
+static float pti_fire_weight(const pti_fire *f, const pt_vertex *x, pt_vec3 *axis, float *one_minus_cos) {   /* fluence; 0 within */
+    float d = pti_length(pti_sub(f->p, x->p)), sine = f->radius / d;
+    if (!(sine < 0.999f)) return 0;
+    *axis = pti_scale(pti_sub(f->p, x->p), 1 / d);
+    *one_minus_cos = sine * sine / (1 + pti_safe_sqrt(1 - sine * sine));
+    return f->power / (d * d);
+}
+static float pti_fires_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
+    const pti_fires *f = (const pti_fires *)user;
+    float all = 0, sum = 0, w, cone;
+    pt_vec3 axis;
+    int k;
+    for (k = 0; k < f->count; k++) {
+        w = pti_fire_weight(f->all + k, x, &axis, &cone);
+        if (!(w > 0)) continue;
+        all += w;
+        if (pti_in_cone(axis, cone, wi)) sum += w * pti_pdf_cone(cone);
+    }
+    return all > 0 ? sum / all : 0.0f;
+}
+static int pti_fires_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) {
+    const pti_fires *f = (const pti_fires *)user;
+    float w[PTI_FIRES], cone[PTI_FIRES], all = 0, r;
+    pt_vec3 axis[PTI_FIRES];
+    int k;
+    for (k = 0; k < f->count; k++) all += w[k] = pti_fire_weight(f->all + k, x, axis + k, cone + k);
+    if (!(all > 0)) return 0;
+    r = u[0] * all;
+    for (k = 0; k < f->count - 1 && r >= w[k]; k++) r -= w[k];
+    if (!(w[k] > 0)) return 0;
+    *wi = pti_sample_cone_about(axis[k], cone[k], pti_min(r / w[k], 1), u[1]);
     return 1;
+}
+static float pti_fires_importance(void *user, const pt_vertex *x) {
+    const pti_fires *f = (const pti_fires *)user;
+    float fire = 0, cone, others = 0;
+    pt_vec3 axis;
+    pti_receiver r;
+    int k;
+    for (k = 0; k < f->count; k++) fire += pti_fire_weight(f->all + k, x, &axis, &cone);
+    r.p = x->p; r.n = pt_v3(0, 0, 0);
+    if (f->scene->lights.count) others = pti_lights_irradiance(&f->scene->lights, &r);
+    if (f->scene->environment.irradiance) others += pti_environment_irradiance(&f->scene->environment, r.n);
+    return fire > 0 ? fire / (fire + others) : 0.0f;
+}
+/* The box of the cells where there is something, and the integral of what there may be. */
+static float pti_fire_bounds(const pti_volume *v, pti_bounds *b) {
+    const int *n = v->cells;
+    float sum = 0, size;
+    pt_xform from_unit;
+    int i, k;
+    *b = pti_bounds_empty();
+    if (!pti_xform_invert(&v->to_unit, &from_unit)) return 0;
+    size = fabsf((float)pti_xform_det(&from_unit));
+    if (v->in || !v->majorants) {
+        pti_volume_world(v, b);
+        return size * (v->medium->varies ? v->medium->density_max : 1.0f);
+    }
+    for (i = 0; i < n[0] * n[1] * n[2]; i++) {
+        if (!(v->majorants[i] > 0)) continue;
+        sum += v->majorants[i];
+        for (k = 0; k < 8; k++)
+            pti_bounds_point(b, pti_xform_point(&from_unit, pt_v3((float)(i % n[0] + (k & 1)) / (float)n[0],
+                (float)(i / n[0] % n[1] + (k >> 1 & 1)) / (float)n[1], (float)(i / n[0] / n[1] + (k >> 2)) / (float)n[2])));
+    }
+    return sum * size / (float)(n[0] * n[1] * n[2]);
+}
+static int pti_fires_build(pt_scene *s) {                /* 0 when out of memory */
+    pti_fires *f = &s->fires;
+    size_t i;
+    f->scene = s;
+    f->count = 0;
+    for (i = s->volumes.unbounded; i < s->volumes.count; i++) {
+        const pti_volume *v = s->volumes.all + i;
+        pti_bounds b;
+        float amount;
+        if (!v->medium->emits || !((amount = pti_fire_bounds(v, &b)) > 0)) continue;
+        if (f->count == PTI_FIRES) { f->count = 0; return 1; }
+        f->all[f->count].p = pti_scale(pti_add(b.lo, b.hi), 0.5f);
+        f->all[f->count].radius = 0.5f * pti_length(pti_sub(b.hi, b.lo));
+        f->all[f->count++].power = amount * pti_luminance(v->medium->emission);
+    }
+    return !f->count || pti_density_own(s, PTI_FIRE_SHARE, pti_fires_sample, pti_fires_pdf, pti_fires_importance, f);
+}
+
+/* The aureole. Droplets scatter nearly straight on, so round the sun the sky of a cloud is bright, as far as its phase function
+   is wide: a particle draws some directions by that function about the sun, and the next one finds the sun itself. */
+#define PTI_AUREOLE_SHARE 0.25f                          /* of the mixture, at most */
+static const pti_phase *pti_aureole_at(const pt_scene *s, const pt_vertex *x) {         /* NULL: none here */
+    const pti_phase *p = x->volume.id ? &s->volumes.all[x->volume.id - 1].medium->phase : NULL;
+    return p && !p->pdf && (p->g > 0.5f || (p->mix > 0 && p->g2 > 0.5f)) ? p : NULL;
+}
+static float pti_aureole_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
+    const pt_scene *s = (const pt_scene *)user;
+    const pti_phase *p = pti_aureole_at(s, x);
+    pt_vertex about = *x;
+    float sum = 0;
+    uint32_t k;
+    if (!p) return 0;
+    for (k = 0; k < s->environment.sun_count; k++) {
+        about.wo = pti_neg(s->environment.suns[k].axis);
+        sum += pti_phase_pdf(p, &about, wi);
+    }
+    return sum / (float)s->environment.sun_count;
+}
+static int pti_aureole_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) {
+    const pt_scene *s = (const pt_scene *)user;
+    const pti_phase *p = pti_aureole_at(s, x);
+    pt_vertex about = *x;
+    float which = u[0] * (float)s->environment.sun_count;
+    uint32_t k = (uint32_t)which < (uint32_t)s->environment.sun_count ? (uint32_t)which : (uint32_t)s->environment.sun_count - 1;
+    if (!p) return 0;
+    about.wo = pti_neg(s->environment.suns[k].axis);
+    return pti_phase_sample(p, &about, (uint32_t)(pti_clamp(which - (float)k, 0, 0.9999999f) * 4294967296.0f),
+                            (uint32_t)(u[1] * 4294967296.0f), wi);
+}
+static float pti_aureole_importance(void *user, const pt_vertex *x) {
+    return pti_aureole_at((const pt_scene *)user, x) ? 1.0f : 0.0f;
+}
+static int pti_aureole_build(pt_scene *s) {              /* 0 when out of memory */
+    int any = 0;
+    size_t i;
+    for (i = 0; i < s->volumes.count; i++) {
+        const pti_medium *m = s->volumes.all[i].medium;
+        any |= m->scatters && (m->phase.g > 0.5f || (m->phase.mix > 0 && m->phase.g2 > 0.5f));
+    }
+    return !any || !s->environment.sun_count
+        || pti_density_own(s, PTI_AUREOLE_SHARE, pti_aureole_sample, pti_aureole_pdf, pti_aureole_importance, s);
 }
 PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     pti_fpmode mode;
@@ -8123,7 +8266,7 @@ PT_DEF pt_result pt_scene_commit(pt_scene *s) {
         && pti_bvh_build(&s->geometry, &s->allocator, s->quality, s->threads > 0 ? s->threads : pti_cores())
         && pti_environment_build(&s->environment, &s->allocator)
         && pti_collect_emitters(s, s, NULL) && pti_lights_build(&s->lights, &s->allocator)
-        && pti_halos_build(s);
+        && pti_halos_build(s) && pti_fires_build(s) && pti_aureole_build(s);
     pti_fpmode_leave(mode);
     if (!fine && s->error.code == PT_OK) pti_fail(&s->error, PT_ERR_MEMORY, "pt_scene_commit: out of memory");
     if (!fine) return s->error.code;
@@ -9067,17 +9210,22 @@ static void pti_path_aim(const pti_tracer *t, pti_flight *f, float end) {
         if (e) pti_path_aim_at(f, e);
     }
 }
-/* How much brighter it is at a particle than where the path came from. A path that was aimed at a lamp has a small f / p, but one
-   that hits a particle right before it will bring much: it is no victim for roulette. */
-static float pti_path_brightening(const pti_lights *l, pt_vec3 from, pt_vec3 p) {
+/* How much brighter it is at a particle than the path thinks. Who aims at a lamp has a small f / p, but who then hits a particle
+   right before it will bring much; so will who flies nearly towards a sun and is scattered nearly straight on. They are no
+   victims for roulette. */
+static float pti_path_brightening(const pt_scene *s, pt_vec3 from, pt_vec3 dir, const pt_vertex *x) {
+    const pti_lights *l = &s->lights;
+    float bright = 1, before;
     pti_receiver r;
-    float before;
-    if (!l->count) return 1;
     r.n = pt_v3(0, 0, 0);
     r.p = from;
-    before = pti_lights_irradiance(l, &r);
-    r.p = p;
-    return pti_max(1, pti_lights_irradiance(l, &r) / pti_max(before, 1e-30f));
+    if (l->count) {
+        before = pti_lights_irradiance(l, &r);
+        r.p = x->p;
+        bright = pti_max(1, pti_lights_irradiance(l, &r) / pti_max(before, 1e-30f));
+    }
+    if (s->environment.sun_count) bright = pti_max(bright, 4 * PTI_PI * pti_aureole_pdf((void *)(uintptr_t)s, x, dir));
+    return bright;
 }
 /* What a flight changes of a path. Le: what the ray's end emits, to be added if it gets there. */
 typedef struct pti_carried { pt_vec3 L, beta, potential, Le; int exceeded; } pti_carried;
@@ -9320,6 +9468,17 @@ static void pti_path_send(pti_walk *w, pti_path path, const pti_mixture *mix, fl
     if (t->integrator) w->nee.p = step.p;
     w->path[w->count++] = path;
 }
+/* Those that have just been sent come in such an order that the weakest is followed first. It ends soon, as most rays to lamps do;
+   were it kept for later, a long walk would fill up all the room with such, and could split no more. */
+static void pti_walk_order(pti_walk *w, int first) {
+    int i, k;
+    for (i = first + 1; i < w->count; i++)
+        for (k = i; k > first && pti_largest(w->path[k].potential) > pti_largest(w->path[k - 1].potential); k--) {
+            pti_path weaker = w->path[k - 1];
+            w->path[k - 1] = w->path[k];
+            w->path[k] = weaker;
+        }
+}
 /* Follows the last path to its next vertex, and sends it on from there. */
 static void pti_path_follow(pti_walk *w) {
     const pti_tracer *t = w->tracer;
@@ -9332,7 +9491,7 @@ static void pti_path_follow(pti_walk *w) {
     pti_mixture mix;
     uint32_t u[2], choice[2] = { 0, 0 };
     float calm, bright = 1;
-    int n, k;
+    int n, k, first;
     x.wavelength = path.wavelength;
     if (!m || m->emits) {
         Le = m ? pti_material_emission(m, &x) : pti_environment_radiance(&s->environment, path.dir);
@@ -9361,7 +9520,7 @@ static void pti_path_follow(pti_walk *w) {
     if (!surface.count) return;                          /* black, as lamps are */
     pti_draw2(w->sampler, path.group, 0, u);
     if (s->lights.count > 1 || s->density_count || m->wants_choice) pti_draw2(w->sampler, path.group, 1, choice);
-    if (x.volume.id) bright = pti_path_brightening(&s->lights, path.org, x.p);
+    if (x.volume.id) bright = pti_path_brightening(s, path.org, path.dir, &x);
     path.potential = pti_scale(path.potential, bright);
     if (!pti_path_goes_on(t, &surface, &path.beta, &path.potential, pti_hash2(w->sampler->index, u[0]))) return;
     path.potential = pti_scale(path.potential, 1 / bright);
@@ -9374,7 +9533,9 @@ static void pti_path_follow(pti_walk *w) {
     calm = pti_mixture_calm(&mix, pti_largest(path.potential));
     if (t->integrator)
         w->L = pti_add(w->L, pti_mul(path.beta, pti_nee_at(t, &mix, w->sampler, path.group, &w->nee, w->rays)));
+    first = w->count;
     for (k = 0; k < n; k++) pti_path_send(w, path, &mix, calm, k, n, u, choice);
+    pti_walk_order(w, first);
 }
 /* wavelength: 0 where the camera let all of them through. trail: NULL but for paths that go ahead. */
 static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler, const pt_ray *start, float wavelength,

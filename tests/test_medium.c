@@ -467,6 +467,45 @@ static void glow_of_a_slab(void) {
     }
 }
 
+/* A ball that glows and absorbs nothing lights what is d below its middle as a point would: epsilon V / d^2. As a ball, as a grid
+   with much of nothing about it, as a function with bounds, as an instance. And it is aimed at: noise is small. */
+static float in_ball(void *user, pt_vec3 p) { (void)user; p.y -= 2; return pti_dot(p, p) < 0.09f ? 1.0f : 0.0f; }
+static float ball_bound(void *user, pt_vec3 lo, pt_vec3 hi) {
+    pt_vec3 p = pti_max3(pti_min3(pt_v3(0, 2, 0), hi), lo);
+    return in_ball(user, p);
+}
+static void fire_lights_a_floor(void) {
+    static float cells[40 * 40 * 40];
+    static const double most[4] = { 0.008, 0.035, 0.012, 0.008 };    /* not aimed at: 0.02 to 0.04 */
+    int k, i, count = 0;
+    for (i = 0; i < 64000; i++) {                        /* in the cube of [-1,1]^3 about the middle: a voxel is 0.05 wide */
+        float x = (float)(i % 40) - 19.5f, y = (float)(i / 40 % 40) - 19.5f, z = (float)(i / 1600) - 19.5f;
+        count += (cells[i] = x * x + y * y + z * z < 36 ? 1.0f : 0.0f) > 0;
+    }
+    for (k = 0; k < 4; k++) {
+        pt_scene *s = pt_scene_create(NULL), *inner = pt_scene_create(NULL), *of = k == 3 ? inner : s;
+        pt_medium_desc m = grey_medium(0, 0);
+        pt_xform up = { { 1, 0, 0, 0,  0, 1, 0, 1,  0, 0, 1, 0 } };
+        pt_render_desc d = view_down(pt_v3(0, 0, 0), 32, 64);
+        stats_moments got;
+        double V = k == 1 ? count * 1.25e-4 : 4 * STATS_PI / 3 * 0.027, want = 0.8 / STATS_PI * 5 * V / 4;
+        test_case("fire %d", k);
+        m.emission = pt_v3(5, 5, 5);
+        if (k == 1) { m.grid = cells; m.nx = m.ny = m.nz = 40; m.nearest = 1; }
+        if (k == 2) { m.density = in_ball; m.density_max = 1; m.density_bound = ball_bound; }
+        if (k == 0 || k == 3) pt_add_volume(of, pt_add_sphere(of, pt_v3(0, k ? 1 : 2, 0), 0.3f, no_material), pt_add_medium(of, &m));
+        else pt_add_volume(s, pt_add_box(s, pt_v3(-1, 1, -1), pt_v3(1, 3, 1), NULL, no_material), pt_add_medium(s, &m));
+        if (k == 3 && commit(inner)) pt_add_instance(s, inner, &up);
+        floor_of(s, 5, diffuse(s, 0.8f));
+        if (!commit(s)) return;
+        got = render_pixels(s, &d);
+        CHECK_P(stats_t_test(&got, want));
+        CHECK(stats_error(&got) < most[k] * want);
+        pt_scene_destroy(s);
+        pt_scene_destroy(inner);
+    }
+}
+
 /* ---- agreement of naive, mixture, NEE and NEE to all ---- */
 
 static const struct { const char *name; pt_integrator integrator; pt_weights weights; } ways[] = {
@@ -579,6 +618,18 @@ static pt_scene *many_bounds(pt_scene *s, pt_render_desc *d) {
     d->camera.shutter_close = 1;
     return inner;
 }
+/* A ball of droplets in the sun, which is wide, so that it can be hit by chance. */
+static pt_scene *sunlit_droplets(pt_scene *s, pt_render_desc *d) {
+    pt_medium_desc m = grey_medium(0.05f, 4);
+    m.phase = PT_PHASE_TWO_LOBES; m.g = 0.9f; m.g2 = -0.3f; m.mix = 0.2f;
+    m.density = bumps; m.density_max = 1;
+    pt_add_volume(s, pt_add_sphere(s, pt_v3(0, 0, 0), 1, no_material), pt_add_medium(s, &m));
+    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .direction = { 0.2f, -0.5f, 1 }, .color = { 3, 3, 3 }, .radius_deg = 8 });
+    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .direction = { 0.5f, -1, -1 }, .color = { 1, 1, 1 }, .radius_deg = 8 });
+    sky(s, 0.1f);
+    d->camera.eye = pt_v3(0, 0.5f, 4); d->camera.target = pt_v3(0, 0, 0);
+    return NULL;
+}
 #define AGREES(name, build, spp) static void name(void) { ways_agree(#build, build, spp); }
 AGREES(agrees_on_a_lamp_in_fog, lamp_in_fog, 192)
 AGREES(agrees_on_juice, juice_in_glass, 128)
@@ -586,6 +637,36 @@ AGREES(agrees_on_a_mesh_in_two_media, mesh_in_two_media, 96)
 AGREES(agrees_on_smoke, chromatic_smoke, 96)
 AGREES(agrees_inside_a_cloud, inside_a_cloud, 96)
 AGREES(agrees_on_many_bounds, many_bounds, 128)
+AGREES(agrees_on_droplets, sunlit_droplets, 512)
+/* The aureole's density: what is drawn at one of its particles, over the density, fills octants alike. */
+static void aureoles_fit_their_density(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 0), 40, 8, 1);
+    stats_moments m[8];
+    pt_vertex x;
+    pt_rng rng;
+    int i, k;
+    sunlit_droplets(s, &d);
+    if (!commit(s)) return;
+    memset(m, 0, sizeof m);
+    memset(&x, 0, sizeof x);
+    CHECK(pti_aureole_importance(s, &x) == 0);
+    x.volume.id = 1;
+    x.wo = pt_v3(1, 0, 0);
+    CHECK(pti_aureole_importance(s, &x) == 1);
+    pt_rng_seed(&rng, 9, 9);
+    for (i = 0; i < 1000000; i++) {
+        float u[2];
+        pt_vec3 wi;
+        double p;
+        u[0] = pt_rng_float(&rng); u[1] = pt_rng_float(&rng);
+        if (!CHECK(pti_aureole_sample(s, &x, u, &wi))) return;
+        p = (double)pti_aureole_pdf(s, &x, wi);
+        for (k = 0; k < 8; k++) stats_push(m + k, (wi.x > 0) + 2 * (wi.y > 0) + 4 * (wi.z > 0) == k ? 1 / p : 0);
+    }
+    for (k = 0; k < 8; k++) { CHECK_P(stats_t_test(m + k, STATS_PI / 2)); CHECK(stats_error(m + k) < 0.02 * m[k].mean); }
+    pt_scene_destroy(s);
+}
 
 /* ---- rendering: bits, limits, warnings ---- */
 
@@ -869,9 +950,9 @@ void test_medium(void) {
     RUN(phases_fit_their_densities); RUN(halos_fit_their_density); RUN(mean_cosines);
     RUN(transmittance_of_a_box); RUN(transmittance_of_a_grid); RUN(majorants_hold); RUN(bounds_of_all_kinds); RUN(overlapping_volumes_add_up);
     RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
-    RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab);
+    RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab); RUN(fire_lights_a_floor);
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
-    RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds);
+    RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds); RUN(agrees_on_droplets); RUN(aureoles_fit_their_density);
     RUN(bits_are_the_same); RUN(limits_count_scattering); RUN(too_dense_functions_are_noticed); RUN(bad_input_is_refused);
     RUN(memory_runs_out); RUN(grids_in_files);
 }

@@ -1,0 +1,101 @@
+/* A cloud of 256^3 voxels, albedo .999, droplets of 20 micrometres, under a sun: paths a second, scatterings a path, efficiency
+   = 1 / (relMSE x seconds); with the grid of local majorants, and with one majorant for all, which flies through empty and thin
+   air as if it were the densest. OUT/figure_cloud.png has the cloud.
+   cc -O2 tests/bench/figure_cloud.c -o out/figure_cloud -lm -lpthread && out/figure_cloud [--quick] [--out DIR] */
+#define PT_IMPLEMENTATION
+#include "../../pt.h"
+#include "efficiency.h"
+#include "panels.h"
+
+static float *voxels;
+static int N;
+
+static float hashed(int x, int y, int z) { return pti_u01(pti_hash2((uint32_t)x, pti_hash2((uint32_t)y, (uint32_t)z * 3 + 1))); }
+static float noise(float x, float y, float z) {          /* trilinear between lattice values, smoothed: 0 to 1 */
+    int i = (int)floorf(x), j = (int)floorf(y), k = (int)floorf(z), c;
+    float u = x - (float)i, v = y - (float)j, w = z - (float)k, sum = 0;
+    u *= u * (3 - 2 * u); v *= v * (3 - 2 * v); w *= w * (3 - 2 * w);
+    for (c = 0; c < 8; c++)
+        sum += hashed(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)) * (c & 1 ? u : 1 - u) * (c & 2 ? v : 1 - v) * (c & 4 ? w : 1 - w);
+    return sum;
+}
+/* Billows: three balls, their borders worn by noise; dense cores, thin rims. */
+static void grow(void) {
+    static const float balls[5][4] = { { .5f, .38f, .5f, .22f }, { .3f, .34f, .5f, .16f }, { .7f, .34f, .55f, .17f }, { .45f, .52f, .45f, .17f },
+                                       { .6f, .5f, .6f, .13f } };
+    size_t i;
+    voxels = (float *)malloc((size_t)N * (size_t)N * (size_t)N * sizeof *voxels);
+    for (i = 0; i < (size_t)N * (size_t)N * (size_t)N; i++) {
+        float x = ((float)(i % (size_t)N) + .5f) / (float)N, y = ((float)(i / (size_t)N % (size_t)N) + .5f) / (float)N;
+        float z = ((float)(i / (size_t)N / (size_t)N) + .5f) / (float)N, inside = -1, f = 0, size = .5f, scale = 7;
+        int k;
+        for (k = 0; k < 5; k++) {
+            float a = x - balls[k][0], b = y - balls[k][1], c = z - balls[k][2];
+            inside = pti_max(inside, 1 - sqrtf(a * a + b * b + c * c) / balls[k][3]);
+        }
+        voxels[i] = 0;
+        if (inside < -.5f) continue;
+        for (k = 0; k < 5; k++, size *= .5f, scale *= 2.1f) f += size * fabsf(2 * noise(x * scale, y * scale, z * scale + (float)k) - 1);
+        f = inside + .9f * (f - .35f);
+        if (f > 0) voxels[i] = pti_min(f * f * 6 + .02f, 1);
+        if (f > .75f) voxels[i] = 1 + 8 * (f - .75f);    /* cores */
+    }
+}
+static const pti_medium *stored;
+static float looked_up(void *user, pt_vec3 p) { (void)user; return pti_grid_density(stored, p); }
+
+static pt_scene *cloud(int local, float most) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material none = { 0 };
+    float sigma = 220;
+    pt_medium_desc d = { .sigma_s = { .999f * sigma, .999f * sigma, .999f * sigma }, .sigma_a = { .001f * sigma, .001f * sigma, .001f * sigma },
+        .phase = PT_PHASE_DROPLETS };
+    if (local) { d.grid = voxels; d.nx = d.ny = d.nz = N; d.borrow = 1; }
+    else { d.density = looked_up; d.density_max = most; }
+    pt_add_volume(s, pt_add_box(s, pt_v3(0, 0, 0), pt_v3(1, 1, 1), NULL, none), pt_add_medium(s, &d));
+    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .direction = { 1, -1.2f, -.6f }, .color = { 9, 8.4f, 7.6f }, .radius_deg = .5f });
+    pt_add_light(s, &(pt_light_desc){ .color = { .25f, .4f, .7f } });
+    if (pt_scene_commit(s) != PT_OK) { printf("%s\n", pt_scene_error(s)); exit(1); }
+    return s;
+}
+int main(int argc, char **argv) {
+    settings set = settings_of(argc, argv, "a cloud: the grid of majorants against one for all");
+    int size = set.quick ? 48 : 96, spp = set.quick ? 16 : 64, k, rounds = 2;
+    pt_render_desc d = { .width = size, .height = size, .spp = spp, .threads = 1, .max_depth = 4096,
+        .camera = { .eye = { .5f, .35f, 2.6f }, .target = { .5f, .42f, .5f }, .vfov_deg = 24 } };
+    pt_scene *scenes[2];
+    efficiency e[2];
+    double start, n, empty = 0, most = 0;
+    size_t i, count;
+    float *r, *picture;
+    N = set.quick ? 128 : 256;
+    grow();
+    count = (size_t)N * (size_t)N * (size_t)N;
+    for (i = 0; i < count; i++) { empty += voxels[i] <= 0; most = fmax(most, (double)voxels[i]); }
+    start = processor_seconds();
+    scenes[0] = cloud(1, 0);
+    stored = scenes[0]->media;
+    printf("%d^3 voxels, %.0f %% of them empty, densest %.2f; committed in %.3f s\n", N, 100 * empty / (double)count, most, processor_seconds() - start);
+    scenes[1] = cloud(0, (float)most);
+    r = reference(set.quick ? "cloud_quick" : "cloud", scenes[0], &d, set.quick ? 256 : 1024);
+    n = (double)size * size * spp;
+    printf("%d x %d pixels, %d samples: relMSE, seconds, paths/s, scatterings a path, us a scattering, efficiency\n", size, size, spp);
+    for (k = 0; k < 2; k++) {
+        e[k] = efficiency_of(scenes[k], &d, r, k ? 1 : rounds);
+        printf("%-16s %9.2e %8.2f %9.0f %7.1f %7.3f %9.3g\n", k ? "one majorant" : "local majorants", e[k].error, e[k].seconds, n / e[k].seconds,
+               e[k].rays / n - 1, 1e6 * e[k].seconds / e[k].rays, 1 / (e[k].error * e[k].seconds));
+        fflush(stdout);
+    }
+    printf("local ones are %.1f times as fast, and %.1f times as efficient\n", e[1].seconds / e[0].seconds,
+           e[1].error * e[1].seconds / (e[0].error * e[0].seconds));
+    d.width = d.height = size * 2;
+    d.spp = set.quick ? 8 : 64;
+    d.threads = 2;
+    picture = render_copy(scenes[0], &d, NULL, NULL);
+    write_panels(&set, "figure_cloud", &picture, 1, 1, size * 2, size * 2, 0);
+    free(picture);
+    free(r);
+    for (k = 0; k < 2; k++) pt_scene_destroy(scenes[k]);
+    free(voxels);
+    return 0;
+}
