@@ -53,7 +53,7 @@ bench: out/knot.obj
 	$(CC) -O2 tests/bench/bench.c -o out/bench $(LDLIBS)
 	out/bench
 	@sh tests/bench/bench_mesh.sh out
-	@sh tests/bench/kernels.sh out $(if $(QUICK),--quick)
+	@sh tests/bench/kernels.sh out --csv out/kernels.csv $(if $(QUICK),--quick) && sh tests/bench/kernels_plot.sh out/kernels.csv out/kernels.png
 
 figures: out/render_obj out/knot.obj
 	@sh examples/figures.sh out $(PICTURES)

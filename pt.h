@@ -151,10 +151,11 @@ typedef struct pt_scene_desc {
 PT_DEF pt_scene   *pt_scene_create(const pt_scene_desc *desc);   /* NULL desc = defaults; NULL when out of memory */
 PT_DEF void        pt_scene_destroy(pt_scene *s);                /* NULL is fine. Renders and instances of s go first */
 PT_DEF pt_result   pt_scene_commit(pt_scene *s);                 /* builds the trees; the scene is read-only from then on */
-/* After the positions or normals of borrowed meshes have changed (not how many, nor the indices), or a scene that instances show was
-   refitted: makes the boxes of the trees anew and leaves all else, which takes about a tenth of the time. Rays are the slower
-   the farther things have moved from their old neighbours; then commit a new scene. Nobody may be reading the scene, and its
-   renders start anew. PT_ERR_STATE before commit and where there are media; PT_ERR_ARG where a vertex is not finite. */
+/* After the positions or normals of borrowed meshes have changed (not how many, nor the indices), or a scene that instances
+   show was refitted: makes the boxes of the trees anew and leaves all else, which takes about a tenth of the time. Rays are
+   the slower the farther things have moved from their old neighbours; then commit a new scene. Nobody may be reading the
+   scene, and its renders start anew. PT_ERR_STATE before commit and where there are media; PT_ERR_ARG where a vertex is not
+   finite. */
 PT_DEF pt_result   pt_scene_refit(pt_scene *s);
 PT_DEF const char *pt_scene_error(const pt_scene *s);            /* first error, in words, or "" */
 
@@ -1949,7 +1950,8 @@ static float pti_edge(float ax, float ay, float bx, float by) {
     float e = ax * by - ay * bx;
     return e != 0 ? e : (float)((double)ax * (double)by - (double)ay * (double)bx);
 }
-typedef struct pti_lanes { float t[PTI_LANES], V[PTI_LANES], W[PTI_LANES], det[PTI_LANES]; } pti_lanes;   /* u = V / det, v = W / det */
+/* For each of four; u = V / det, v = W / det. */
+typedef struct pti_lanes { float t[PTI_LANES], V[PTI_LANES], W[PTI_LANES], det[PTI_LANES]; } pti_lanes;
 static int pti_triangle(const pti_packet *p, int lane, const pti_ray *r, pti_lanes *out) {
     float az = pti_packet_row(p, 0, r->kz)[lane] - r->oz, ax = (pti_packet_row(p, 0, r->kx)[lane] - r->ox) - r->sx * az;
     float bz = pti_packet_row(p, 1, r->kz)[lane] - r->oz, bx = (pti_packet_row(p, 1, r->kx)[lane] - r->ox) - r->sx * bz;
@@ -2384,9 +2386,9 @@ static void pti_order_branches(const pti_builder *b, pti_branch part[PTI_WIDTH],
     }
     for (; k < PTI_WIDTH; k++) box[k] = pti_bounds_empty();
 }
-/* Lays out a child and all that is below it, from block *used on. Without blocks it only counts; with them, nodes are written, and of
-   packets where they will be. A node and what follows fill whole cache lines, in whatever order. Subtrees that are small enough
-   are left to threads: the first pass over what is above them finds them, the second knows where they begin. */
+/* Lays out a child and all that is below it, from block *used on. Without blocks it only counts; with them, nodes are written,
+   and of packets where they will be. A node and what follows fill whole cache lines, in whatever order. Subtrees that are small
+   enough are left to threads: the first pass over what is above finds them, the second knows where they begin. */
 #define PTI_PLACES 1024
 typedef struct pti_place { pti_branch whole; size_t at, size; } pti_place;
 typedef struct pti_places { pti_builder *builder; pti_place place[PTI_PLACES]; size_t count, next, most; } pti_places;
@@ -2632,7 +2634,12 @@ static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
 }
 /* Refit: the boxes of a tree of the same shape over vertices that have moved, from the leaves up. Pieces of cut triangles get the
    whole triangle's box. Threads take the subtrees two levels down, in the order in which the levels above will want them. */
-typedef struct pti_refit { pti_geometry *g; uint32_t child[PTI_WIDTH * PTI_WIDTH]; pti_bounds box[PTI_WIDTH * PTI_WIDTH]; size_t count, next; } pti_refit;
+typedef struct pti_refit {
+    pti_geometry *g;
+    uint32_t child[PTI_WIDTH * PTI_WIDTH];
+    pti_bounds box[PTI_WIDTH * PTI_WIDTH];
+    size_t count, next;
+} pti_refit;
 
 static pti_bounds pti_refit_packet(const pti_geometry *g, pti_packet *p) {
     const pti_shape *s = g->shapes + pti_find_shape(g, p->prim[0]);

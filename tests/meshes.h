@@ -3,6 +3,13 @@
 #ifndef MESHES_H
 #define MESHES_H
 
+/* As in pt.h: what tests compute to compare with must not be fused to a b + c either, which compilers like to do on ARM. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize ("fp-contract=off")
+#endif
+
 /* ---- random numbers and vectors in double ---- */
 
 typedef struct v3 { double x, y, z; } v3;

@@ -354,7 +354,7 @@ int main(int argc, char **argv) {
     against = !strcmp(o.libraries[0]->name, "embree") || o.library_count > 1;
     if (!against) printf("Embree 3 (libembree-dev) is not here: our figures alone\n");
     if (o.leaks) { count_leaks(&o); return 0; }
-    if (o.csv) csv = fopen(o.csv, "a");
+    if (o.csv) csv = fopen(o.csv, "w");
     snprintf(list, sizeof list, "%s", o.scenes);
     while ((name = strtok_r(rest, ",", &rest)) != NULL) race(&o, name, total, csv);
     if (csv) fclose(csv);
