@@ -17,7 +17,7 @@ FUZZ_SECONDS ?= 60
 .PHONY: help demo test bench figures portable fuzz check clean
 
 help:                             # the default
-	@echo 'make demo      build some examples and draw their pictures into out/ (about a minute)'
+	@echo 'make demo      build some examples and draw their pictures into out/ (a minute or two)'
 	@echo 'make test      build and run the tests; the last line is "N passed, N failed"'
 	@echo 'make bench     how fast: two scenes, mesh reading, rays and trees against Embree (QUICK=1: smaller and less exact)'
 	@echo 'make figures   the pictures of the README, and how well directions are drawn: tables (hours; SPP=64: minutes)'

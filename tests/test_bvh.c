@@ -315,6 +315,108 @@ static void qualities_find_the_same(void) {
     }
 }
 
+/* ---- refit ---- */
+
+static pt_shape add_borrowed(pt_scene *s, const mesh *m, pt_material material) {
+    pt_mesh_desc d;
+    memset(&d, 0, sizeof d);
+    d.positions = m->p; d.vertex_count = m->vertices; d.indices = m->i; d.index_count = m->indices; d.borrow = 1; d.material = material;
+    return pt_add_mesh(s, &d);
+}
+/* Vertices that have moved a little, then far: what is hit is what brute force finds, in trees with and without cut triangles, for any
+   number of threads; also where triangles were flat at first, or for a while, and in instances. */
+static void refitted_trees_match_brute_force(void) {
+    pt_rng r;
+    int kind, step;
+    pt_rng_seed(&r, 12, 2);
+    for (kind = 0; kind < 5; kind++) {
+        mesh m = kind == 1 ? mesh_blob(20, 0.02, &r) : kind == 4 ? soup(RANDOM, 3, &r) : sticks(4000, &r);
+        pt_scene_desc d;
+        pt_scene *s[2], *inner = NULL;
+        pt_material none = { 0 };
+        int k;
+        if (kind == 2) memcpy(m.p + 300, m.p + 303, 3 * sizeof(float));          /* left out of the tree at first */
+        memset(&d, 0, sizeof d);
+        for (k = 0; k < 2; k++) {
+            d.threads = k ? 3 : 1;
+            s[k] = pt_scene_create(&d);
+            if (kind == 3) {
+                pt_xform x = { { 0.5f, 0, 0, 0.1f, 0, 0.5f, 0.2f, 0, 0, 0, 0.5f, 0.1f } };
+                if (k == 0) { inner = pt_scene_create(&d); add_borrowed(inner, &m, none); committed(inner); }
+                pt_add_instance(s[k], inner, &x);
+                x.m[3] = -0.4f;
+                pt_add_instance(s[k], inner, &x);
+            } else add_borrowed(s[k], &m, none);
+            pt_add_sphere(s[k], pt_v3(0.2f, 0.9f, 0), 0.1f, none);
+            committed(s[k]);
+        }
+        for (step = 0; step < 3; step++) {
+            const pti_bvh *a = &s[0]->geometry.bvh, *b = &s[1]->geometry.bvh;
+            tally t;
+            size_t i;
+            test_case("kind %d, step %d", kind, step);
+            for (i = 0; i < 3 * m.vertices; i++) m.p[i] += (float)between(&r, -1, 1) * (step == 2 ? 0.3f : 0.01f);
+            if (step == 1) for (i = 0; i < (kind == 4 ? 9 : 30); i++) m.p[i] = m.p[i % 3];             /* flat for a while */
+            if (inner) CHECK(pt_scene_refit(inner) == PT_OK);
+            for (k = 0; k < 2; k++) CHECK(pt_scene_refit(s[k]) == PT_OK);
+            t = shoot(s[0], 1500, v3_of(0, 0, 0), 1, &m, &r);
+            check_tally(&t, kind == 4 ? 3 : 100);
+            CHECK(a->block_count == b->block_count && !memcmp(a->blocks, b->blocks, a->block_count * sizeof *a->blocks));
+        }
+        pt_scene_destroy(s[0]); pt_scene_destroy(s[1]); pt_scene_destroy(inner);
+        mesh_free(&m);
+    }
+}
+/* Lamps move along; what may not be refitted, and vertices that may not be, are refused. */
+static void what_else_refit_does(void) {
+    pt_rng r;
+    mesh m;
+    pt_scene *s, *fresh;
+    pt_material_desc lamp;
+    pt_medium_desc fog;
+    pt_shape ball_of_fog;
+    pt_material none = { 0 };
+    pt_rng_seed(&r, 13, 2);
+    memset(&lamp, 0, sizeof lamp);
+    lamp.emission = pt_v3(1, 2, 3);
+    m = soup(RANDOM, 40, &r);
+    s = pt_scene_create(NULL);
+    add_borrowed(s, &m, pt_add_material(s, &lamp));
+    committed(s);
+    m.p[7] += 0.5f;
+    CHECK(pt_scene_refit(s) == PT_OK);
+    fresh = pt_scene_create(NULL);
+    add_borrowed(fresh, &m, pt_add_material(fresh, &lamp));
+    committed(fresh);
+    CHECK_EQ_INT(s->lights.count, 40);
+    CHECK(!memcmp(s->lights.emitters, fresh->lights.emitters, 40 * sizeof *s->lights.emitters));
+    CHECK(s->lights.node_count == fresh->lights.node_count
+          && !memcmp(s->lights.nodes, fresh->lights.nodes, s->lights.node_count * sizeof *s->lights.nodes));
+    m.p[9] = m.p[11] = 0;
+    m.p[10] = HUGE_VALF;
+    CHECK(pt_scene_refit(s) == PT_ERR_ARG);
+    CHECK_STR(pt_scene_error(s), "pt_scene_refit: vertex 3 must be finite and below 1e12 (it is 0 inf 0)");
+    pt_scene_destroy(fresh);
+    pt_scene_destroy(s);
+    CHECK(pt_scene_refit(NULL) == PT_ERR_MEMORY);
+    s = pt_scene_create(NULL);
+    CHECK(pt_scene_refit(s) == PT_ERR_STATE);
+    CHECK_STR(pt_scene_error(s), "pt_scene_refit: the scene is not committed");
+    pt_scene_destroy(s);
+    s = pt_scene_create(NULL);
+    memset(&fog, 0, sizeof fog);
+    fog.sigma_s = pt_v3(1, 1, 1);
+    ball_of_fog = pt_add_sphere(s, pt_v3(0, 0, 0), 1, none);
+    pt_add_volume(s, ball_of_fog, pt_add_medium(s, &fog));
+    committed(s);
+    CHECK(pt_scene_refit(s) == PT_ERR_STATE);
+    pt_scene_destroy(s);
+    s = committed(pt_scene_create(NULL));
+    CHECK(pt_scene_refit(s) == PT_OK);                   /* an empty one */
+    pt_scene_destroy(s);
+    mesh_free(&m);
+}
+
 /* ---- other things than triangles ---- */
 
 typedef struct slab { v3 lo, hi; } slab;                 /* a user's shape: a horizontal rectangle */
@@ -472,6 +574,8 @@ void test_bvh(void) {
     RUN(depth_is_bounded);
     RUN(the_same_tree_for_any_number_of_threads);
     RUN(qualities_find_the_same);
+    RUN(refitted_trees_match_brute_force);
+    RUN(what_else_refit_does);
     RUN(mixed_scenes_match_brute_force);
     RUN(ties_go_to_the_lower_id);
     RUN(ranges_are_exact);

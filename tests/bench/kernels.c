@@ -1,8 +1,10 @@
 /* kernels.c - how fast are pt.h's ray queries? The same rays for pt.h and, where it is installed, Embree 3 (libembree-dev): one ray
    at a time, in one thread, interleaved; processor time, medians. kernels.sh builds this and passes on what libraries there are.
    usage: kernels [--quick] [--runs N] [--isa scalar|sse2|avx2|neon] [--scenes a,b,...] [--libraries a,b,...] [--csv FILE]
-                  [--no-build] [--threads N] [--leaks RAYS]
-   The first library of the list is the one that all are compared with, embree if it is there. */
+                  [--no-build] [--grow] [--threads N] [--leaks RAYS]
+   --grow: scenes of 10^2 to 10^7 triangles, to see what a ray costs.
+   Libraries: pt, pt_native (-O3 -march=native), pt_best (PT_QUALITY_BEST), embree, embree_robust, embree_best (RTC_BUILD_QUALITY_HIGH);
+   with --isa scalar, Embree's are AVX2. The first library of the list is the one that all are compared with, embree if it is there. */
 #define _GNU_SOURCE
 #include <float.h>
 #include <math.h>
@@ -213,6 +215,24 @@ static void race_builds(const options *o, const kernel_scene *s, scores total[],
         }
         printf("\n");
     }
+    for (i = 0; i < o->library_count; i++) {             /* per processor second, on one thread */
+        double start, t[2];
+        void *b;
+        if (!o->libraries[i]->refit) continue;
+        for (run = 0; run < runs; run++) {
+            start = processor_time(CLOCK_PROCESS_CPUTIME_ID);
+            b = o->libraries[i]->build(s, NULL, 1);
+            t[0] = processor_time(CLOCK_PROCESS_CPUTIME_ID);
+            o->libraries[i]->refit(b);
+            t[1] = processor_time(CLOCK_PROCESS_CPUTIME_ID);
+            times[i][run] = (t[1] - t[0]) / triangles * 1e9;
+            bytes[i] = run ? fmin(bytes[i], t[0] - start) : t[0] - start;
+            o->libraries[i]->destroy(b);
+        }
+        printf("  refit, %s: %.0f ns a triangle, %.1f times as fast as building\n", o->libraries[i]->name, median(times[i], runs),
+               bytes[i] / triangles * 1e9 / median(times[i], runs));
+        if (csv) fprintf(csv, "%s,refit,%s,%.1f\n", s->name, o->libraries[i]->name, median(times[i], runs));
+    }
 }
 static void race(const options *o, const char *name, scores total[], FILE *csv) {
     kernel_scene s;
@@ -297,6 +317,7 @@ static int parse(options *o, int argc, char **argv) {
         const char *value = i + 1 < argc ? argv[i + 1] : "";
         if (!strcmp(argv[i], "--quick")) { o->quick = 1; o->runs = 3; o->size = 512; continue; }
         if (!strcmp(argv[i], "--no-build")) { o->build = 0; continue; }
+        if (!strcmp(argv[i], "--grow")) { o->scenes = "grow100,grow1000,grow10000,grow100000,grow1000000,grow10000000"; continue; }
         if (!strcmp(argv[i], "--runs")) o->runs = atoi(value);
         else if (!strcmp(argv[i], "--leaks")) o->leaks = (size_t)atof(value);
         else if (!strcmp(argv[i], "--size")) o->size = atoi(value);
@@ -317,7 +338,7 @@ static int parse(options *o, int argc, char **argv) {
     }
     if (!o->library_count) {
         for (k = 0; k < KNOWN; k++) if (!strcmp(known[k]->name, "embree")) o->libraries[o->library_count++] = known[k];
-        for (k = 0; k < KNOWN; k++) if (!strncmp(known[k]->name, "pt", 2)) o->libraries[o->library_count++] = known[k];
+        for (k = 0; k < KNOWN; k++) if (!strncmp(known[k]->name, "pt", 2) && strcmp(known[k]->name, "pt_best")) o->libraries[o->library_count++] = known[k];
     }
     return o->runs > 0 && o->runs <= MOST_RUNS && o->size > 0;
 }

@@ -28,5 +28,6 @@ typedef struct kernel_library {
     void   (*closest)(void *built, const kernel_ray *rays, size_t n, float *t);
     void   (*any)(void *built, const kernel_ray *rays, size_t n, float *t);
     void   (*destroy)(void *built);
+    void   (*refit)(void *built);                        /* the same vertices again; NULL: not raced */
 } kernel_library;
 #endif

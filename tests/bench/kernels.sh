@@ -15,7 +15,8 @@ compile() {                           # SOURCE NAME FLAGS
 }
 compile kernels_pt.c pt -O2 -DKERNELS_NAME=pt
 compile kernels_pt.c pt_native -O3 -march=native -DKERNELS_NAME=pt_native
-list='X(pt) X(pt_native)'
+compile kernels_pt.c pt_best -O2 -DKERNELS_NAME=pt_best -DKERNELS_QUALITY=PT_QUALITY_BEST
+list='X(pt) X(pt_native) X(pt_best)'
 if [ -n "$PT_OTHER" ]; then           # another pt.h, to compare with
     compile kernels_pt.c pt_other -O2 -DKERNELS_NAME=pt_other "-DPT_HEADER=\"$PT_OTHER\""
     list="$list X(pt_other)"

@@ -34,6 +34,7 @@ static void *build(const kernel_scene *s, const char *isa, int threads, enum RTC
     char config[64];
     size_t i;
     int k;
+    if (isa && !strcmp(isa, "scalar")) isa = "avx2";     /* it has no scalar code */
     snprintf(config, sizeof config, "threads=%d%s%s", threads, isa ? ",isa=" : "", isa ? isa : "");
     b->device = rtcNewDevice(config);
     rtcSetDeviceMemoryMonitorFunction(b->device, count_bytes, &b->bytes);
@@ -106,6 +107,6 @@ static void any(void *p, const kernel_ray *rays, size_t n, float *t) {
 static void *build_default(const kernel_scene *s, const char *isa, int threads) { return build(s, isa, threads, RTC_BUILD_QUALITY_MEDIUM, 0); }
 static void *build_robust(const kernel_scene *s, const char *isa, int threads) { return build(s, isa, threads, RTC_BUILD_QUALITY_MEDIUM, 1); }
 static void *build_best(const kernel_scene *s, const char *isa, int threads) { return build(s, isa, threads, RTC_BUILD_QUALITY_HIGH, 0); }
-const kernel_library embree        = { "embree",        build_default, bytes, closest, any, destroy };
-const kernel_library embree_robust = { "embree_robust", build_robust,  bytes, closest, any, destroy };
-const kernel_library embree_best   = { "embree_best",   build_best,    bytes, closest, any, destroy };
+const kernel_library embree        = { "embree",        build_default, bytes, closest, any, destroy, NULL };
+const kernel_library embree_robust = { "embree_robust", build_robust,  bytes, closest, any, destroy, NULL };
+const kernel_library embree_best   = { "embree_best",   build_best,    bytes, closest, any, destroy, NULL };

@@ -63,6 +63,11 @@ static void *kernels_build(const kernel_scene *s, const char *isa, int threads) 
     b->trace = pti_trace_for(isa ? pti_isa_by_name(isa) : pti_isa_best());
     return b;
 }
+#ifdef PT_HEADER
+#define kernels_refit NULL                               /* an older one may have none */
+#else
+static void kernels_refit(void *p) { pt_scene_refit(((built *)p)->scene); }
+#endif
 static double kernels_bytes(void *p) { return ((built *)p)->bytes; }
 
 /* as in pti_path_trace */
@@ -83,4 +88,5 @@ static void kernels_any(void *p, const kernel_ray *rays, size_t n, float *t) { t
 
 #define NAME_(x) #x
 #define NAME(x) NAME_(x)
-const kernel_library KERNELS_NAME = { NAME(KERNELS_NAME), kernels_build, kernels_bytes, kernels_closest, kernels_any, kernels_destroy };
+const kernel_library KERNELS_NAME = { NAME(KERNELS_NAME), kernels_build, kernels_bytes, kernels_closest, kernels_any, kernels_destroy,
+                                       kernels_refit };

@@ -209,15 +209,15 @@ static void hall(kernel_scene *s) {
     lamp(s, -2, -2, 2, 2, 8.98);
     look(s, 1.5, 5, 10, 0, 3.6, 0, 55);
 }
-static void blobs(kernel_scene *s) {                     /* 48 balls of 20 k triangles */
+static void blobs(kernel_scene *s, int count, int n) {   /* balls of 12 n^2 triangles */
     kernel_random r = random_seed(1);
     int i;
-    for (i = 0; i < 48; i++) {
+    for (i = 0; i < count; i++) {
         double c[3];
         c[0] = -4.5 + 3 * (i % 4) + .8 * (random_float(&r) - .5);
         c[1] = 1.5 + 2.6 * (i / 16) + .6 * (random_float(&r) - .5);
         c[2] = -4.5 + 3 * (i / 4 % 4) + .8 * (random_float(&r) - .5);
-        scene_blob(&s->part[0], c, .9 + .5 * random_float(&r), 41, .55, 100u + 10 * (uint32_t)i);
+        scene_blob(&s->part[0], c, .9 + .5 * random_float(&r), n, .55, 100u + 10 * (uint32_t)i);
     }
     hall(s);
 }
@@ -246,7 +246,11 @@ int scene_make(kernel_scene *s, const char *name) {
     if (!strcmp(name, "cornell")) cornell(s);
     else if (!strcmp(name, "bunny")) return bunny(s);
     else if (!strcmp(name, "arch")) arch(s);
-    else if (!strcmp(name, "blobs")) blobs(s);
+    else if (!strcmp(name, "blobs")) blobs(s, 48, 41);
+    else if (!strncmp(name, "grow", 4) && atof(name + 4) >= 100) {
+        int count = atof(name + 4) < 1000 ? 8 : 48;
+        blobs(s, count, (int)(sqrt(atof(name + 4) / 12 / count) + .5));
+    }
     else if (!strcmp(name, "instances")) instances(s);
     else return 0;
     return 1;

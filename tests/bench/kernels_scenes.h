@@ -3,7 +3,7 @@
 #define KERNELS_SCENES_H
 #include "kernels.h"
 
-/* cornell, bunny, arch, blobs, instances; 0 = there is none, or its file is not here */
+/* cornell, bunny, arch, blobs, instances, grow and a number of triangles; 0 = there is none, or its file is not here */
 int  scene_make(kernel_scene *s, const char *name);
 void scene_free(kernel_scene *s);
 void scene_blob(kernel_part *m, const double center[3], double radius, int n, double bump, uint32_t seed);   /* closed */
