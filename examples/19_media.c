@@ -53,7 +53,7 @@ int main(int argc, char **argv) {
     pt_add_volume(s, everything, pt_add_medium(s, &(pt_medium_desc){ .sigma_s = {.05f, .05f, .05f}, .g = .4f }));
 
     pt_scene_commit(s);
-    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 640, .height = 400, .spp = 96, .max_depth = 256,
+    pt_render *r = pt_render_create(s, &(pt_render_desc){ .width = 640, .height = 400, .spp = 40, .max_depth = 256,
         .camera = { .eye = {0, 1.3f, 5.5f}, .target = {0, 1.1f, 0}, .vfov_deg = 34 } });
     pt_result result = pt_render_run(r);
     if (result == PT_OK) result = pt_write_png(argc > 1 ? argv[1] : "media.png", pt_render_pixels(r), 640, 400,

@@ -620,8 +620,8 @@ static pt_scene *many_bounds(pt_scene *s, pt_render_desc *d) {
 }
 /* A ball of droplets in the sun, which is wide, so that it can be hit by chance. */
 static pt_scene *sunlit_droplets(pt_scene *s, pt_render_desc *d) {
-    pt_medium_desc m = grey_medium(0.05f, 4);
-    m.phase = PT_PHASE_TWO_LOBES; m.g = 0.9f; m.g2 = -0.3f; m.mix = 0.2f;
+    pt_medium_desc m = grey_medium(0.05f, 3);
+    m.phase = PT_PHASE_TWO_LOBES; m.g = 0.8f; m.g2 = -0.3f; m.mix = 0.2f;
     m.density = bumps; m.density_max = 1;
     pt_add_volume(s, pt_add_sphere(s, pt_v3(0, 0, 0), 1, no_material), pt_add_medium(s, &m));
     pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .direction = { 0.2f, -0.5f, 1 }, .color = { 3, 3, 3 }, .radius_deg = 8 });
