@@ -9436,7 +9436,7 @@ typedef struct pti_walk {
 
 /* How many rays go on from mix, whose shares are changed so that they are the parts' rays. */
 static int pti_path_split(const pti_walk *w, const pti_path *path, pti_mixture *mix, uint32_t u) {
-    float n = 1;
+    float n;
     int room = PTI_PATHS - w->count, most = room < w->tracer->max_split ? room : w->tracer->max_split;
     if (most < 2 || w->trail || mix->surface->delta >= 0.999f) return 1;
     n = pti_mixture_split(mix, pti_largest(path->potential));

@@ -9,10 +9,11 @@
 #include "agreement.h"
 
 /* A closed box, in whose other half, behind a wall with a gap, a lamp shines at the ceiling. */
+static float edge = 1.8f;                                /* of the wall, where 2 closes the gap */
 static pt_scene *gap(pt_scene *s, pt_render_desc *d) {
     pt_material wall = diffuse(s, 0.7f);
     pt_add_box(s, pt_v3(-2, 0, -1), pt_v3(2, 2, 1), NULL, wall);
-    quad(s, 0, 0, -1, 0, 2, 0, 0, 0, 1.8f, wall);
+    quad(s, 0, 0, -1, 0, 2, 0, 0, 0, edge, wall);
     quad(s, 1, 1, -0.2f, 0, 0, 0.4f, 0.4f, 0, 0, lamp(s, 40, 0));
     quad(s, -1.9f, 0.02f, 0.95f, 3.8f, 0, 0, 0, 0, -1.9f, all_round(s));
     pt_add_sphere(s, pt_v3(-1, 0.4f, -0.3f), 0.4f, coat(s));
@@ -135,14 +136,18 @@ static void compare_guided(const char *name, scene_builder *build, pt_integrator
         d.guide = k ? 64 : 0;
         d.integrator = integrator;
         d.weights = weights;
-        if (commit(s)) push_blocks(m[k], s, &d, build == gap ? k ? 96 : 256 : 24, (uint64_t)(3000 * k + 1));
+        if (commit(s)) push_blocks(m[k], s, &d, build == gap ? k ? 40 : 64 : 24, (uint64_t)(3000 * k + 1));
         pt_scene_destroy(s);
         pt_scene_destroy(inner);
     }
     if (m[0][0].n > 1 && m[1][0].n > 1) compare_blocks(name, m[1], m[0]);
 }
 static const pt_weights automatic = { 0, 0, 0 }, half = { 1, 1, 0 };
-static void guided_behind_the_gap(void)  { compare_guided("gap", gap, PT_INTEGRATOR_MIXTURE, automatic); }
+static void guided_behind_the_gap(void) {
+    edge = 1.4f;
+    compare_guided("gap", gap, PT_INTEGRATOR_MIXTURE, automatic);
+    edge = 1.8f;
+}
 static void guided_by_set_weights(void)  { compare_guided("room, half and half", closed_room, PT_INTEGRATOR_MIXTURE, half); }
 static void guided_with_shadow_rays(void) { compare_guided("room, shadow rays", closed_room, PT_INTEGRATOR_NEE, automatic); }
 static void guided_in_cornell_box(void)  { compare_guided("cornell", cornell, PT_INTEGRATOR_MIXTURE, automatic); }
@@ -178,7 +183,7 @@ static void guided_by_any_threads(void) {
 /* What it is for: with it, the same number of samples has less than half the variance, relative to each pixel's square. */
 static void guided_paths_find_the_gap(void) {
     double variance[2] = { 0, 0 };
-    enum { SIZE = 32, RENDERS = 6, N = SIZE * SIZE * 3 };
+    enum { SIZE = 24, RENDERS = 6, N = SIZE * SIZE * 3 };
     static float rgb[RENDERS][N];
     static double square[N];                             /* without; for both */
     int k, i, j;
