@@ -183,7 +183,7 @@ static void guided_by_any_threads(void) {
 /* What it is for: with it, the same number of samples has less than half the variance, relative to each pixel's square. */
 static void guided_paths_find_the_gap(void) {
     double variance[2] = { 0, 0 };
-    enum { SIZE = 24, RENDERS = 6, N = SIZE * SIZE * 3 };
+    enum { SIZE = 32, RENDERS = 4, N = SIZE * SIZE * 3 };
     static float rgb[RENDERS][N];
     static double square[N];                             /* without; for both */
     int k, i, j;
