@@ -489,7 +489,8 @@ typedef enum pt_sampler { PT_SAMPLER_SOBOL, PT_SAMPLER_STRATIFIED, PT_SAMPLER_RA
 /* Shares of the mixture's parts. All zero = automatic: a fair share for the BSDF, the rest for lights and environment by how much
    light they seem to send, and, place by place, what each was seen to bring by up to 65536 paths that go ahead of the picture
    (one thread's work while the others wait, mostly below 0.1 s; they call callbacks, too, but count in no pt_stats, and take
-   280 KB; previews of a pass or two are quicker with weights that are set). Else relative, 0 to 1e6; a part that a vertex lacks gives its share back.
+   280 KB; previews of a pass or two are quicker with weights that are set). Else relative, 0 to 1e6; a part that a vertex
+   lacks gives its share back.
    Any weights with bsdf > 0 have the same mean; without it, light that only the BSDF finds is left out: for comparisons. */
 typedef struct pt_weights { float bsdf, lights, environment; } pt_weights;
 
@@ -2578,7 +2579,8 @@ static void pti_cut_refs(pti_builder *b, float times) {
     reach = (float)(sum / (double)whole) * times;
     if (reach > 0) {
         for (;;) {
-            for (i = 0, extra = 0; i < whole; i++) if (b->splits[i].lo[0] > 2 * reach) extra += (size_t)pti_pieces(b->splits[i].lo[0], reach) - 1;
+            for (i = 0, extra = 0; i < whole; i++)
+                if (b->splits[i].lo[0] > 2 * reach) extra += (size_t)pti_pieces(b->splits[i].lo[0], reach) - 1;
             if (extra <= b->room - b->g->prim_count) break;
             reach *= 1.3f;
         }
@@ -2965,8 +2967,8 @@ typedef struct pti_stack { uint32_t child[2 * PTI_STACK + PTI_WIDTH]; float ente
 
 /* Looks into a node. Returns the nearest child that the ray meets, or PTI_NONE, and pushes the others, the farthest first. Any
    hit does not care which comes first, nor where they are entered. */
-typedef uint32_t pti_visit_kernel(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, int any, pti_stack *s,
-                                  int *top);
+typedef uint32_t pti_visit_kernel(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, int any,
+                                  pti_stack *s, int *top);
 typedef void pti_widen_kernel(pti_wide *w, const pti_ray *r);
 
 PTI_INLINE uint32_t pti_push_sorted(const pti_node *n, uint32_t mask, const float enter[PTI_WIDTH], int any, pti_stack *s,
@@ -4041,7 +4043,7 @@ static float pti_tracker_density(pti_tracker *k) {
     if (!m->varies) return 1;
     if (m->grid) return pti_grid_density(m, pti_madd(k->dir, k->t, k->org));
     d = m->density(m->user, pti_madd(k->span.dir, k->t, k->span.org));
-    if (!(d <= (k->span.volume->majorants ? k->mu / m->largest : m->density_max) * 1.0001f)) k->exceeded = 1;      /* NaN does, too */
+    if (!(d <= (k->span.volume->majorants ? k->mu / m->largest : m->density_max) * 1.0001f)) k->exceeded = 1;   /* NaN, too */
     return d > 0 ? d : 0.0f;
 }
 static int pti_tracker_march(pti_tracker *k) {
@@ -5356,8 +5358,8 @@ static float pti_mean_roughness(float rx, float ry) {
 static void pti_shade_diffuse(pti_shading *s, float rough) {
     pt_vec3 color = pti_mul(s->weight, s->d->color);
     float through = s->d->translucency, share = pti_luminance(color);
-    pti_lobe *l = pti_add_lobe(s, rough > 0 || s->frame.albedo ? PTI_DIFFUSE : PTI_LAMBERT, pti_scale(rough > 0 ? s->weight : color, 1 - through),
-                               share * (1 - through));
+    pti_lobe *l = pti_add_lobe(s, rough > 0 || s->frame.albedo ? PTI_DIFFUSE : PTI_LAMBERT,
+                               pti_scale(rough > 0 ? s->weight : color, 1 - through), share * (1 - through));
     if (l) { l->rough = rough; l->r0 = s->d->color; }
     pti_add_lobe(s, PTI_THROUGH, pti_scale(color, through), share * through);
 }
@@ -6803,7 +6805,8 @@ static void pti_material_flags(pti_material *m, const pti_material *all) {
     m->wants_coordinates = m->varies || d->bsdf == PT_BSDF_USER || d->roughness_y > 0
         || (mix && (a->wants_coordinates || b->wants_coordinates));
     m->wants_choice = mix ? a->wants_choice || b->wants_choice : d->bsdf == PT_BSDF_USER || d->bsdf == PT_BSDF_PRINCIPLED
-        || d->bsdf == PT_BSDF_MEASURED || ((d->bsdf == PT_BSDF_CONDUCTOR || d->bsdf == PT_BSDF_DIELECTRIC) && (m->varies || !pti_smooth(pti_roughest(d))));
+        || d->bsdf == PT_BSDF_MEASURED || ((d->bsdf == PT_BSDF_CONDUCTOR || d->bsdf == PT_BSDF_DIELECTRIC)
+                                           && (m->varies || !pti_smooth(pti_roughest(d))));
     m->lobes = (opaque ? 0 : 1) + (mix ? a->lobes + b->lobes : d->bsdf == PT_BSDF_PRINCIPLED ? 7
         : d->bsdf == PT_BSDF_DIFFUSE ? 2 : 1);
     if (d->bsdf == PT_BSDF_PRINCIPLED && !d->shade) {    /* fuzz, coat, glass and what shines through are often not there */
@@ -6840,7 +6843,10 @@ PT_DEF pt_scene *pt_scene_create(const pt_scene_desc *desc) {
     s = (pt_scene *)pti_alloc(&a, 1, sizeof *s);
     if (!s) return NULL;
     s->allocator = a;
-    if (desc) { s->error.logger = desc->logger; s->lights.choose = desc->choose; s->threads = desc->threads; s->quality = desc->quality; }
+    if (desc) {
+        s->error.logger = desc->logger; s->lights.choose = desc->choose;
+        s->threads = desc->threads; s->quality = desc->quality;
+    }
     grey = pti_material_slot(s);
     if (!grey) { pt_scene_destroy(s); return NULL; }
     grey->desc.color = pt_v3(0.5f, 0.5f, 0.5f);
@@ -8121,7 +8127,8 @@ static int pti_halos_build(pt_scene *s) {                /* 0 when out of memory
         lamp.sigma = 0;
         for (k = 0; k < s->volumes.count; k++) {
             const pti_volume *v = s->volumes.all + k;
-            if (v->medium->scatters && !pti_medium_tracked(v->medium) && pti_volume_holds(v, lamp.p)) lamp.sigma += v->medium->largest;
+            if (v->medium->scatters && !pti_medium_tracked(v->medium) && pti_volume_holds(v, lamp.p))
+                lamp.sigma += v->medium->largest;
         }
         if (!(lamp.sigma > 0)) continue;
         if (h->count == PTI_HALOS) { h->count = 0; return 1; }
@@ -8131,8 +8138,8 @@ static int pti_halos_build(pt_scene *s) {                /* 0 when out of memory
     return pti_density_own(s, PTI_HALO_SHARE, pti_halo_sample, pti_halo_pdf, pti_halo_importance, h);
 }
 
-/* What glows in media is aimed at as a ball about it, a cone from outside: p = 1 / (2 pi (1 - cos)). Along the ray its light is then
-   gathered where it is. Power: the integral of epsilon over the volume, as well as it is known. */
+/* What glows in media is aimed at as a ball about it, a cone from outside: p = 1 / (2 pi (1 - cos)). Along the ray its light is
+   then gathered where it is. Power: the integral of epsilon over the volume, as well as it is known. */
 static float pti_fire_weight(const pti_fire *f, const pt_vertex *x, pt_vec3 *axis, float *one_minus_cos) {   /* fluence; 0 within */
     float d = pti_length(pti_sub(f->p, x->p)), sine = f->radius / d;
     if (!(sine < 0.999f)) return 0;
@@ -9116,7 +9123,9 @@ static int pti_path_goes_on(const pti_tracer *t, const pti_surface *surface, pt_
 /* A limit on diffuse scattering is one on light, not on vertices: what leaves a surface is a sum over lobes, each term of
    which counts or does not, however wi was drawn. So a path draws lots for who scattered it, with odds as the terms, and at
    the limit surfaces have no diffuse lobes left. A floor with gloss then still shows the room, lit as the limit has it. */
-static int pti_lobe_is_diffuse(const pti_lobe *l) { return l->kind <= PTI_FUZZ || l->kind == PTI_USER_LOBE || l->kind == PTI_PARTICLE; }
+static int pti_lobe_is_diffuse(const pti_lobe *l) {
+    return l->kind <= PTI_FUZZ || l->kind == PTI_USER_LOBE || l->kind == PTI_PARTICLE;
+}
 static int pti_surface_drop_diffuse(pti_surface *s) {    /* 0 if nothing is left */
     float sum = 0, delta = 0;
     int i, n = 0;
