@@ -8586,7 +8586,7 @@ static void pti_guide_leaf(pti_guide *g, pti_guide_cell *c, const pti_guide_reco
     int k;
     if (n < PTI_GUIDE_FEW || g->pane_capacity - g->pane_count < PTI_GUIDE_PANES) return;
     for (i = 0; i < n; i++) mean += (double)r[i].value / n;
-    for (k = 0; k < PTI_PARTS; k++) w[k] = 0.5 / PTI_PARTS;
+    for (k = 0; k < PTI_PARTS; k++) w[k] = 0.5 / (double)PTI_PARTS;
     pti_guide_begin(g, r, n);
     for (k = 0; k < PTI_GUIDE_STEPS; k++) if (!pti_guide_step(g, r, n, PTI_GUIDE_BRIGHT * mean, w)) return;
     count = pti_guide_heaviest(g, top);
@@ -10220,7 +10220,7 @@ static int pti_render_guide(pt_render *r) {
     for (pass = 0; pass < PTI_GUIDE_PASSES; pass++) {
         if (!pti_render_ahead(r, PTI_AHEAD_SEED + 1 + pass, 0, n >> (PTI_GUIDE_PASSES - pass))) return 0;
         pti_guide_refine(&r->guide);
-        if (r->guide.share < PTI_GUIDE_WORTH) { r->tracer.guide = NULL; break; }
+        if (r->guide.share < (double)PTI_GUIDE_WORTH) { r->tracer.guide = NULL; break; }
     }
     return 1;
 }
