@@ -8878,10 +8878,10 @@ static float pti_mixture_calm(pti_mixture *m, float potential) {       /* by how
    the potential is above 1, the path goes on along so many rays that none's is; and while it is above a third, along so
    many that the BSDF has one of them, and the lights and the environment have another, whatever their shares. n rays from
    p are Veach's balance heuristic with several samples, and all that next-event estimation has; but a ray that does not
-   reach the lamp that it was aimed at goes on as well. */
+   reach the lamp that it was aimed at goes on as well. A million at most: infinity times no share is no number. */
 #define PTI_SPLIT_LEAST 0.35f
 static float pti_mixture_split(pti_mixture *m, float potential) {      /* how many rays */
-    float n = pti_max(potential, 1), far = m->lights + m->environment, more;
+    float n = pti_min(pti_max(potential, 1), 1e6f), far = m->lights + m->environment, more;
     if (potential < PTI_SPLIT_LEAST || !(far > 0) || !(m->bsdf > 0)) return n;
     m->bsdf = pti_max(n * m->bsdf, 1);
     more = pti_max(n * far, 1) / far;
@@ -9439,15 +9439,17 @@ typedef struct pti_walk {
     float time;
     pt_vec3 L;
     pti_nee nee;
-    uint64_t *rays;
+    uint64_t *rays, first_ray;                           /* so many so far, and before this sample */
     pti_share_trail *trail;                              /* NULL but for paths that go ahead */
 } pti_walk;
 
+/* No sample needs as many rays; but where a user's BSDF gains energy, paths would split for ever. */
+#define PTI_SPLIT_RAYS 16384
 /* How many rays go on from mix, whose shares are changed so that they are the parts' rays. */
 static int pti_path_split(const pti_walk *w, const pti_path *path, pti_mixture *mix, uint32_t u) {
     float n;
     int room = PTI_PATHS - w->count, most = room < w->tracer->max_split ? room : w->tracer->max_split;
-    if (most < 2 || w->trail || mix->surface->delta >= 0.999f) return 1;
+    if (most < 2 || w->trail || mix->surface->delta >= 0.999f || *w->rays - w->first_ray > PTI_SPLIT_RAYS) return 1;
     n = pti_mixture_split(mix, pti_largest(path->potential));
     if (!(n > 1)) return 1;                              /* nor with NaN */
     return n < (float)most ? (int)n + pti_split(&u, n - floorf(n)) : most;
@@ -9558,7 +9560,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
                                  uint64_t *rays, pti_share_trail *trail) {
     pti_walk w;
     pti_path *first = w.path;
-    w.tracer = t; w.sampler = sampler; w.rays = rays; w.trail = trail;
+    w.tracer = t; w.sampler = sampler; w.rays = rays; w.first_ray = *rays; w.trail = trail;
     w.time = start->time;
     w.L = pt_v3(0, 0, 0);
     w.nee.p = 0;

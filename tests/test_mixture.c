@@ -398,6 +398,22 @@ static void directions_that_are_none(void) {
     }
 }
 
+/* A user's density far below what the BSDF is makes weights of 1e24 a bounce: soon throughput is infinite, and every ray
+   is worth splitting. That is counted, and comes to an end. */
+static float thin_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return 1e-26f; }
+static void throughput_without_bound(void) {
+    static const pt_bsdf_vtable thin = { round_eval, thin_pdf, round_sample, NULL };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_render_desc d = view(pt_v3(0, 1, 1.8f), pt_v3(0, 0.5f, 0), 60, 8, 2);
+    pt_stats stats;
+    float rgb[3 * 8 * 8];
+    pt_add_box(s, pt_v3(-2, 0, -2), pt_v3(2, 3, 2), NULL,
+               pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_USER, .vtable = &thin }));
+    quad(s, -0.7f, 2.9f, -0.7f, 1.4f, 0, 0, 0, 0, 1.4f, lamp(s, 3, 0));
+    if (commit(s) && render(s, &d, rgb, &stats)) CHECK(stats.discarded > 0);
+    pt_scene_destroy(s);
+}
+
 /* ---- agreement: no weights change the mean of a picture ---- */
 
 static void agreement(const char *name, scene_builder *build, scene_builder *plain) {
@@ -482,7 +498,7 @@ static void halves_agree(void) {
 void test_mixture(void) {
     RUN(density_of_everything); RUN(density_less_what_is_lost); RUN(weights_of_steps);
     RUN(shares_that_are_set); RUN(shares_that_are_automatic); RUN(lights_nearby_weigh_more); RUN(shares_of_densities);
-    RUN(directions_that_are_none); RUN(shares_step_to_the_best); RUN(hidden_lamps_lose_their_share);
+    RUN(directions_that_are_none); RUN(throughput_without_bound); RUN(shares_step_to_the_best); RUN(hidden_lamps_lose_their_share);
     RUN(guides_step_aside);
     RUN(agrees_in_cornell_box); RUN(agrees_by_the_wall); RUN(agrees_on_hidden_lights); RUN(agrees_on_a_mesh_light);
     RUN(agrees_under_the_sun); RUN(agrees_on_mirror_and_glass); RUN(agrees_on_instances); RUN(agrees_in_a_closed_room);
