@@ -2651,7 +2651,8 @@ static pti_bounds pti_refit_packet(const pti_geometry *g, pti_packet *p) {
         pt_vec3 v[3];
         if (p->prim[lane] - s->first >= s->count) s = g->shapes + pti_find_shape(g, p->prim[lane]);
         pti_mesh_triangle(&s->as.mesh, p->prim[lane] - s->first, v);
-        flat = pti_is_zero3(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0])));        /* for now: it keeps its place */
+        flat = pti_is_zero3(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0])));    /* for now; rounding, seen from
+                                                                                        elsewhere, would let rays hit it */
         for (corner = 0; corner < 3; corner++) {
             if (flat) memset(&v[corner], 0xff, sizeof v[corner]);    /* NaN */
             else pti_bounds_point(&box, v[corner]);

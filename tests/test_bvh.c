@@ -367,6 +367,39 @@ static void refitted_trees_match_brute_force(void) {
         mesh_free(&m);
     }
 }
+/* Corners that have come to lie in a line, to the bit: rays straight at it pass, as if it had been flat when the scene was made. */
+static void triangles_that_became_flat(void) {
+    static const uint32_t index[3] = { 0, 1, 2 };
+    float p[9] = { 0, 0, 0, 1, 0, 0, 0, 1, 0 };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_mesh_desc d;
+    pt_rng r;
+    int i, k;
+    memset(&d, 0, sizeof d);
+    d.positions = p; d.vertex_count = d.index_count = 3; d.indices = index; d.borrow = 1;
+    pt_add_mesh(s, &d);
+    committed(s);
+    pt_rng_seed(&r, 12, 3);
+    for (k = 0; k < 20; k++) {
+        pt_vec3 a, b;
+        for (i = 0; i < 3; i++) {
+            p[i] = (float)(pt_rng_u32(&r) >> 24) / 256;
+            p[6 + i] = (float)(pt_rng_u32(&r) >> 24) / 256;
+            p[3 + i] = (p[i] + p[6 + i]) / 2;
+        }
+        a = pt_v3(p[0], p[1], p[2]); b = pt_v3(p[6] - p[0], p[7] - p[1], p[8] - p[2]);
+        CHECK(pt_scene_refit(s) == PT_OK);
+        for (i = 0; i < 500; i++) {
+            pt_ray ray;
+            pt_vertex x;
+            memset(&ray, 0, sizeof ray);
+            ray.org = pt_v3(4 * pt_rng_float(&r) - 2, 4 * pt_rng_float(&r) - 2, 4 * pt_rng_float(&r) - 2);
+            ray.dir = pti_sub(pti_madd(b, pt_rng_float(&r), a), ray.org);
+            CHECK(!pt_intersect(s, &ray, &x));
+        }
+    }
+    pt_scene_destroy(s);
+}
 /* Lamps move along; what may not be refitted, and vertices that may not be, are refused. */
 static void what_else_refit_does(void) {
     pt_rng r;
@@ -575,6 +608,7 @@ void test_bvh(void) {
     RUN(the_same_tree_for_any_number_of_threads);
     RUN(qualities_find_the_same);
     RUN(refitted_trees_match_brute_force);
+    RUN(triangles_that_became_flat);
     RUN(what_else_refit_does);
     RUN(mixed_scenes_match_brute_force);
     RUN(ties_go_to_the_lower_id);
