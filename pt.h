@@ -1027,7 +1027,8 @@ static void pti_parallel(int threads, pti_work *work, void *user, size_t count) 
     pti_mutex_free(&t.lock);
 }
 
-/* Four floats side by side, for the boxes of a tree that is being built. */
+/* Four floats side by side, for the boxes of a tree that is being built. The smaller, the larger: b where a is NaN. What
+   pti_f4_if makes of a is NaN unless k, which is 0 or 1. pti_f4_below: bit k where a is less. */
 #if defined(PTI_X86)
 typedef __m128 pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { return _mm_loadu_ps((const float *)p); }
@@ -1040,6 +1041,9 @@ PTI_INLINE pti_f4 pti_f4_mul(pti_f4 a, pti_f4 b) { return _mm_mul_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_div(pti_f4 a, pti_f4 b) { return _mm_div_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return _mm_min_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return _mm_max_ps(a, b); }
+PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) { return _mm_or_ps(a, _mm_castsi128_ps(_mm_set1_epi32((int)(k - 1)))); }
+PTI_INLINE uint32_t pti_f4_below(pti_f4 a, pti_f4 b) { return (uint32_t)_mm_movemask_ps(_mm_cmplt_ps(a, b)); }
+PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { _mm_storeu_si128((__m128i *)(void *)p, _mm_cvttps_epi32(a)); }
 #elif defined(PTI_NEON)
 typedef float32x4_t pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { return vld1q_f32((const float *)p); }
@@ -1050,8 +1054,16 @@ PTI_INLINE pti_f4 pti_f4_add(pti_f4 a, pti_f4 b) { return vaddq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_sub(pti_f4 a, pti_f4 b) { return vsubq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_mul(pti_f4 a, pti_f4 b) { return vmulq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_div(pti_f4 a, pti_f4 b) { return vdivq_f32(a, b); }
-PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return vminq_f32(a, b); }
-PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return vmaxq_f32(a, b); }
+PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return vminnmq_f32(a, b); }
+PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return vmaxnmq_f32(a, b); }
+PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) {
+    return vreinterpretq_f32_u32(vorrq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(k - 1)));
+}
+PTI_INLINE uint32_t pti_f4_below(pti_f4 a, pti_f4 b) {
+    static const uint32_t bits[4] = { 1, 2, 4, 8 };
+    return vaddvq_u32(vandq_u32(vcltq_f32(a, b), vld1q_u32(bits)));
+}
+PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { vst1q_s32(p, vcvtq_s32_f32(a)); }
 #else
 typedef struct pti_f4 { float v[4]; } pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { pti_f4 r; memcpy(r.v, p, sizeof r.v); return r; }
@@ -1070,6 +1082,17 @@ PTI_F4_EACH(pti_f4_mul, a.v[k] * b.v[k])
 PTI_F4_EACH(pti_f4_div, a.v[k] / b.v[k])
 PTI_F4_EACH(pti_f4_min, a.v[k] < b.v[k] ? a.v[k] : b.v[k])
 PTI_F4_EACH(pti_f4_max, a.v[k] > b.v[k] ? a.v[k] : b.v[k])
+PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) {
+    if (!k) memset(a.v, 0xff, sizeof a.v);
+    return a;
+}
+PTI_INLINE uint32_t pti_f4_below(pti_f4 a, pti_f4 b) {
+    uint32_t mask = 0;
+    int k;
+    for (k = 0; k < 4; k++) mask |= (uint32_t)(a.v[k] < b.v[k]) << k;
+    return mask;
+}
+PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { int k; for (k = 0; k < 4; k++) p[k] = (int32_t)a.v[k]; }
 #endif
 
 /* Texts, without stdio. pti_format knows %s (string), %u (uint64_t), %d (int) and %g (double, six digits). */
@@ -2094,18 +2117,20 @@ typedef struct pti_geometry {
 } pti_geometry;
 
 /* While it is built. A primitive: what sits beside the corners of its box reads as floats of middling size, so that arithmetic on
-   all four is quick. A range of primitives. A split, kept under the index at which its right half begins, which no other
-   split can have: left and right are the indices of the splits of its halves, 0 where one is a leaf. */
+   all four is quick. A range of primitives. A split: left and right are the indices of the splits of its halves, 0 where one is a
+   leaf. Those of n primitives from `begin` are fewer than n: they have the indices from begin + 1, in the order in which they
+   come to be, or where several threads share the range, each has that at which its right half begins. */
 typedef struct pti_box { pti_f4 lo, hi; } pti_box;
 typedef struct pti_ref { float lo[3]; uint32_t shape; float hi[3]; uint32_t prim; } pti_ref;       /* prim within its shape */
 #define PTI_MIDDLING 0x40000000u                         /* the bits of 2.0f: combined with shape and prim */
 typedef struct pti_range { size_t begin, end; pti_box box, centers; int depth; uint32_t *link; } pti_range;
-typedef struct pti_halves { float lo[3]; uint32_t left; float hi[3]; uint32_t right; } pti_halves;
+typedef struct pti_halves { float lo[3]; uint32_t left; float hi[3]; uint32_t right, middle; } pti_halves;
 typedef struct pti_builder {
     pti_geometry *g;
     int threads, bins;
     pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
     pti_halves *splits;
+    uint32_t *places;                                    /* of packets, plus 1, where their first primitives are */
     pti_range *tasks;    size_t task_count;
     uint32_t top;                                        /* the split of all */
 } pti_builder;
@@ -2116,7 +2141,8 @@ static pti_box pti_box_empty(void) {
     b.hi = pti_f4_set(-FLT_MAX);
     return b;
 }
-PTI_INLINE void pti_box_merge(pti_box *b, pti_f4 lo, pti_f4 hi) { b->lo = pti_f4_min(b->lo, lo); b->hi = pti_f4_max(b->hi, hi); }
+PTI_INLINE void pti_box_merge(pti_box *b, pti_f4 lo, pti_f4 hi) { b->lo = pti_f4_min(lo, b->lo); b->hi = pti_f4_max(hi, b->hi); }
+PTI_INLINE void pti_box_add(pti_box *b, pti_f4 point) { pti_box_merge(b, point, point); }          /* unless NaN */
 static float pti_box_area(const pti_box *b) {            /* half of it */
     float d[4];
     pti_f4_store(d, pti_f4_sub(b->hi, b->lo));
@@ -2133,7 +2159,7 @@ static pti_range pti_range_make(const pti_builder *b, size_t begin, size_t end, 
     for (i = begin; i < end; i++) {
         pti_f4 c = pti_ref_center(b->refs + i);
         pti_box_merge(&r.box, pti_f4_load(b->refs[i].lo), pti_f4_load(b->refs[i].hi));
-        pti_box_merge(&r.centers, c, c);
+        pti_box_add(&r.centers, c);
     }
     return r;
 }
@@ -2158,26 +2184,31 @@ static void pti_bins_layout(pti_bins *bins, const pti_range *r, int size) {
     extent[3] = 0;
     bins->scale = pti_f4_load(extent);
 }
-PTI_INLINE void pti_bins_of(const pti_bins *bins, pti_f4 center, float index[4]) {       /* to be rounded down */
-    pti_f4_store(index, pti_f4_mul(pti_f4_sub(center, bins->lo), bins->scale));
+PTI_INLINE pti_f4 pti_bins_of(const pti_bins *bins, pti_f4 center) {       /* to be rounded down */
+    return pti_f4_mul(pti_f4_sub(center, bins->lo), bins->scale);
 }
-PTI_INLINE void pti_bin_put(pti_bins *bins, int axis, int k, pti_f4 lo, pti_f4 hi) {
-    pti_box_merge(&bins->box[axis][k], lo, hi);
-    bins->count[axis][k]++;
+PTI_INLINE void pti_bins_put(pti_bins *bins, const pti_ref *ref) {
+    pti_f4 lo = pti_f4_load(ref->lo), hi = pti_f4_load(ref->hi);
+    int32_t at[4];
+    int axis;
+    pti_f4_store_whole(at, pti_bins_of(bins, pti_f4_add(lo, hi)));
+    for (axis = 0; axis < 3; axis++) {
+        pti_box_merge(&bins->box[axis][at[axis]], lo, hi);
+        bins->count[axis][at[axis]]++;
+    }
 }
+/* Neighbours often share a bin, and each waits for the one before; so two halves go side by side. */
 static void pti_bins_fill(pti_bins *bins, const pti_builder *b, const pti_range *r) {
-    const pti_ref *ref = b->refs + r->begin, *end = b->refs + r->end;
+    const pti_ref *ref = b->refs + r->begin;
+    size_t count = r->end - r->begin, half = count / 2, i;
     int axis, k;
     for (axis = 0; axis < 3; axis++)
         for (k = 0; k < bins->size; k++) { bins->box[axis][k] = pti_box_empty(); bins->count[axis][k] = 0; }
-    for (; ref < end; ref++) {
-        pti_f4 lo = pti_f4_load(ref->lo), hi = pti_f4_load(ref->hi);
-        float at[4];
-        pti_bins_of(bins, pti_f4_add(lo, hi), at);
-        pti_bin_put(bins, 0, (int)at[0], lo, hi);
-        pti_bin_put(bins, 1, (int)at[1], lo, hi);
-        pti_bin_put(bins, 2, (int)at[2], lo, hi);
+    for (i = 0; i < half; i++) {
+        pti_bins_put(bins, ref + i);
+        pti_bins_put(bins, ref + half + i);
     }
+    if (count & 1) pti_bins_put(bins, ref + count - 1);
 }
 static float pti_packets_for(uint32_t count) { return (float)((count + PTI_LANES - 1) / PTI_LANES); }
 
@@ -2208,27 +2239,30 @@ static int pti_bins_sweep(const pti_bins *bins, int axis, float *best) {
 /* Moves what belongs to the left of border `at` to the front, without a branch for chance to mislead. */
 static void pti_partition(pti_builder *b, const pti_range *r, const pti_bins *bins, int axis, int at, pti_range *left,
                           pti_range *right) {
-    pti_box side[2];
+    pti_box ours = pti_box_empty(), theirs = ours;       /* the centres, on the left and on the right */
+    float border[4] = { -1, -1, -1, -1 };
+    pti_f4 below;
     size_t i, middle = r->begin;
-    float index[4];
     int k;
-    left->box = right->box = side[0] = side[1] = pti_box_empty();
+    left->box = right->box = ours;
     for (k = 0; k < bins->size; k++) {
         const pti_box *box = &bins->box[axis][k];
         pti_box_merge(k < at ? &left->box : &right->box, box->lo, box->hi);
     }
+    border[axis] = (float)at;
+    below = pti_f4_load(border);
     for (i = r->begin; i < r->end; i++) {
         pti_ref *here = b->refs + i, *there = b->refs + middle;
         pti_f4 lo = pti_f4_load(here->lo), hi = pti_f4_load(here->hi), c = pti_f4_add(lo, hi);
-        pti_bins_of(bins, c, index);
-        k = (int)index[axis] < at;
-        pti_box_merge(&side[k], c, c);
+        uint32_t goes_left = pti_f4_below(pti_bins_of(bins, c), below) != 0;
+        pti_box_add(&ours, pti_f4_if(goes_left, c));
+        pti_box_add(&theirs, pti_f4_if(!goes_left, c));
         *here = *there;
         pti_f4_store(there, lo);
         pti_f4_store(there->hi, hi);
-        middle += (size_t)k;
+        middle += goes_left;
     }
-    left->centers = side[1]; right->centers = side[0];
+    left->centers = ours; right->centers = theirs;
     left->begin = r->begin; left->end = right->begin = middle; right->end = r->end;
     left->depth = right->depth = r->depth + 1;
 }
@@ -2244,8 +2278,7 @@ static int pti_bin_of(float center, float lo, float scale) {         /* for ligh
 /* Where all centres coincide, or the tree grows too deep, half goes left. */
 static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left, pti_range *right) {
     pti_bins bins;
-    pti_halves *split;
-    float best = FLT_MAX, corner[4];
+    float best = FLT_MAX;
     int axis, at, best_axis = -1, best_at = 0;
     if (r->depth + 1 + pti_log2_ceil(r->end - r->begin) < PTI_MAX_DEPTH) {
         pti_bins_layout(&bins, r, b->bins);
@@ -2261,29 +2294,39 @@ static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left,
         *left = pti_range_make(b, r->begin, middle, r->depth + 1);
         *right = pti_range_make(b, middle, r->end, r->depth + 1);
     }
-    split = b->splits + right->begin;
+}
+static void pti_keep_split(pti_builder *b, size_t index, const pti_range *r, pti_range *left, pti_range *right) {
+    pti_halves *split = b->splits + index;
+    float corner[4];
     pti_f4_store(corner, r->box.lo); memcpy(split->lo, corner, sizeof split->lo);
     pti_f4_store(corner, r->box.hi); memcpy(split->hi, corner, sizeof split->hi);
     split->left = split->right = 0;
+    split->middle = (uint32_t)right->begin;
     left->link = &split->left; right->link = &split->right;
-    *r->link = (uint32_t)right->begin;
+    *r->link = (uint32_t)index;
 }
-static void pti_build_range(pti_builder *b, const pti_range *r) {
+static void pti_build_range(pti_builder *b, const pti_range *r, size_t *next) {
     pti_range left, right;
     if (pti_is_leaf(b, r->begin, r->end)) return;
     pti_split_range(b, r, &left, &right);
-    pti_build_range(b, &left);
-    pti_build_range(b, &right);
+    pti_keep_split(b, (*next)++, r, &left, &right);
+    pti_build_range(b, &left, next);
+    pti_build_range(b, &right, next);
 }
 
 /* The upper levels: all ranges of a level side by side, until they are small enough for one thread each. */
 #define PTI_TASKS 64
 static void pti_split_task(void *user, size_t i) {
     pti_builder *b = (pti_builder *)user;
-    pti_range whole = b->tasks[i];
-    pti_split_range(b, &whole, &b->tasks[i], &b->tasks[b->task_count + i]);
+    pti_range whole = b->tasks[i], *left = &b->tasks[i], *right = &b->tasks[b->task_count + i];
+    pti_split_range(b, &whole, left, right);
+    pti_keep_split(b, right->begin, &whole, left, right);
 }
-static void pti_build_task(void *user, size_t i) { pti_build_range((pti_builder *)user, &((pti_builder *)user)->tasks[i]); }
+static void pti_build_task(void *user, size_t i) {
+    pti_builder *b = (pti_builder *)user;
+    size_t next = b->tasks[i].begin + 1;
+    pti_build_range(b, &b->tasks[i], &next);
+}
 static void pti_build_splits(pti_builder *b, const pti_range *all) {
     pti_range tasks[2 * PTI_TASKS];
     size_t enough = b->count / PTI_TASKS > 1000 ? b->count / PTI_TASKS : 1000, large, i;
@@ -2321,12 +2364,14 @@ static int pti_open_branch(const pti_builder *b, const pti_branch *whole, pti_br
     int count = 1, k, pick;
     part[0] = *whole;
     while (count < PTI_WIDTH) {
+        const pti_halves *s;
         pti_branch p;
         for (k = 0, pick = 0; k < count; k++) if (part[k].area > part[pick].area) pick = k;
         if (!part[pick].split) break;
         p = part[pick];
-        part[pick] = pti_branch_make(b, p.begin, p.split, b->splits[p.split].left);
-        part[count++] = pti_branch_make(b, p.split, p.end, b->splits[p.split].right);
+        s = b->splits + p.split;
+        part[pick] = pti_branch_make(b, p.begin, s->middle, s->left);
+        part[count++] = pti_branch_make(b, s->middle, p.end, s->right);
     }
     return count;
 }
@@ -2403,7 +2448,7 @@ static uint32_t pti_lay_out(pti_builder *b, const pti_branch *p, size_t *used, p
     if (!p->split) {
         const pti_ref *ref = b->refs + p->begin;
         int object = pti_ref_shape(b, ref)->kind != PTI_MESH;
-        if (b->g->bvh.blocks) b->splits[p->begin].left = object ? PTI_NONE : at + 1;      /* its split has been taken apart */
+        if (b->g->bvh.blocks) b->places[p->begin] = object ? PTI_NONE : at + 1;
         if (object) return PTI_OBJECT | (ref->shape ^ PTI_MIDDLING);
         *used += PTI_PACKET_BLOCKS;
         return PTI_LEAF | at;
@@ -2464,8 +2509,8 @@ static void pti_pack_slice(void *user, size_t slice) {
     const pti_builder *b = (const pti_builder *)user;
     size_t i = slice * PTI_SLICE, end = i + PTI_SLICE < b->count ? i + PTI_SLICE : b->count, next;
     for (; i < end; i = next) {
-        uint32_t at = b->splits[i].left;
-        for (next = i + 1; next < b->count && next < i + PTI_LANES && !b->splits[next].left; next++) {}
+        uint32_t at = b->places[i];
+        for (next = i + 1; next < b->count && next < i + PTI_LANES && !b->places[next]; next++) {}
         if (at && at != PTI_NONE) pti_packet_fill(b, pti_packet_at(&b->g->bvh, at - 1), i, next);
     }
 }
@@ -2524,10 +2569,10 @@ static float pti_ref_waste(const pti_builder *b, const pti_ref *r) {
     waste = x * y + y * z + z * x - (fabsf(c.x) + fabsf(c.y) + fabsf(c.z));
     return waste > 0 && waste <= FLT_MAX ? sqrtf(waste) : 0.0f;
 }
-static void pti_waste_slice(void *user, size_t slice) {  /* kept where the splits will be */
+static void pti_waste_slice(void *user, size_t slice) {  /* kept where the places will be */
     pti_builder *b = (pti_builder *)user;
     size_t i = slice * PTI_SLICE, end = i + PTI_SLICE < b->count ? i + PTI_SLICE : b->count;
-    for (; i < end; i++) b->splits[i].lo[0] = pti_ref_waste(b, b->refs + i);
+    for (; i < end; i++) ((float *)(void *)b->places)[i] = pti_ref_waste(b, b->refs + i);
 }
 static float pti_ref_axis(const pti_ref *r, int k) { return r->hi[k] - r->lo[k]; }
 
@@ -2570,17 +2615,18 @@ static void pti_ref_cut(pti_builder *b, size_t at, int pieces, const pt_vec3 v[3
 #define PTI_PIECES 64                                    /* that a triangle is cut into at most */
 static int pti_pieces(float waste, float reach) { return waste < PTI_PIECES * reach ? (int)(waste / reach) : PTI_PIECES; }
 static void pti_cut_refs(pti_builder *b, float times) {
+    const float *waste = (const float *)(const void *)b->places;
     size_t i, whole = b->count, extra;
     double sum = 0;
     float reach;
     int k;
     pti_parallel(b->threads, pti_waste_slice, b, (whole + PTI_SLICE - 1) / PTI_SLICE);
-    for (i = 0; i < whole; i++) sum += (double)b->splits[i].lo[0];
+    for (i = 0; i < whole; i++) sum += (double)waste[i];
     reach = (float)(sum / (double)whole) * times;
     if (reach > 0) {
         for (;;) {
             for (i = 0, extra = 0; i < whole; i++)
-                if (b->splits[i].lo[0] > 2 * reach) extra += (size_t)pti_pieces(b->splits[i].lo[0], reach) - 1;
+                if (waste[i] > 2 * reach) extra += (size_t)pti_pieces(waste[i], reach) - 1;
             if (extra <= b->room - b->g->prim_count) break;
             reach *= 1.3f;
         }
@@ -2588,13 +2634,13 @@ static void pti_cut_refs(pti_builder *b, float times) {
             const pti_ref *r = b->refs + i;
             pt_vec3 v[3];
             float pad[3];
-            if (!(b->splits[i].lo[0] > 2 * reach)) continue;
+            if (!(waste[i] > 2 * reach)) continue;
             pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
             for (k = 0; k < 3; k++) pad[k] = pti_ref_axis(r, k) * (1.0f / 16384);
-            pti_ref_cut(b, i, pti_pieces(b->splits[i].lo[0], reach), v, pad);
+            pti_ref_cut(b, i, pti_pieces(waste[i], reach), v, pad);
         }
     }
-    memset(b->splits, 0, whole * sizeof *b->splits);
+    memset(b->places, 0, whole * sizeof *b->places);
 }
 static int pti_shrink(const pt_allocator *a, void **array, size_t count, size_t *capacity, size_t size) {
     void *p;
@@ -2714,8 +2760,9 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
     b.bins = pti_qualities[quality].bins;
     b.room = (size_t)g->prim_count + (per_piece ? g->prim_count / per_piece : 0);
     b.refs = (pti_ref *)pti_alloc_unset(a, b.room, sizeof *b.refs);
-    b.splits = (pti_halves *)pti_alloc(a, b.room + 1, sizeof *b.splits);
-    fine = b.refs && b.splits;
+    b.splits = (pti_halves *)pti_alloc_unset(a, b.room, sizeof *b.splits);
+    b.places = (uint32_t *)pti_alloc(a, b.room, sizeof *b.places);
+    fine = b.refs && b.splits && b.places;
     g->bvh.root = PTI_NONE;
     g->bvh.bounds = pti_bounds_empty();
     if (fine) pti_collect(&b);
@@ -2728,7 +2775,8 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
         fine = pti_bvh_place(&b, a);
     }
     pti_free(a, b.refs, b.room, sizeof *b.refs);
-    pti_free(a, b.splits, b.room + 1, sizeof *b.splits);
+    pti_free(a, b.splits, b.room, sizeof *b.splits);
+    pti_free(a, b.places, b.room, sizeof *b.places);
     return fine;
 }
 
