@@ -2117,20 +2117,22 @@ typedef struct pti_geometry {
 } pti_geometry;
 
 /* While it is built. A primitive: what sits beside the corners of its box reads as floats of middling size, so that arithmetic on
-   all four is quick. A range of primitives. A split: left and right are the indices of the splits of its halves, 0 where one is a
-   leaf. Those of n primitives from `begin` are fewer than n: they have the indices from begin + 1, in the order in which they
-   come to be, or where several threads share the range, each has that at which its right half begins. */
+   all four is quick. A range of primitives, and up to `room` space for those that come when some are cut in two. A split: left and
+   right are the indices of the splits of its halves, 0 where one is a leaf. There are fewer of them than primitives and space: they
+   have the indices from begin + 1, in the order in which they come to be, or where several threads share the range, each has that
+   at which its right half begins. */
 typedef struct pti_box { pti_f4 lo, hi; } pti_box;
 typedef struct pti_ref { float lo[3]; uint32_t shape; float hi[3]; uint32_t prim; } pti_ref;       /* prim within its shape */
 #define PTI_MIDDLING 0x40000000u                         /* the bits of 2.0f: combined with shape and prim */
-typedef struct pti_range { size_t begin, end; pti_box box, centers; int depth; uint32_t *link; } pti_range;
+typedef struct pti_range { size_t begin, end, room; pti_box box, centers; int depth; uint32_t *link; } pti_range;
 typedef struct pti_halves { float lo[3]; uint32_t left; float hi[3]; uint32_t right, middle; } pti_halves;
 typedef struct pti_builder {
     pti_geometry *g;
-    int threads, bins;
+    int threads, bins, cuts;                             /* cuts: may space be split? */
+    float area;                                          /* half of that of all */
     pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
     pti_halves *splits;
-    uint32_t *places;                                    /* of packets, plus 1, where their first primitives are */
+    uint32_t *places;                                    /* at a leaf's first primitive, how many it has; then pti_place_packet */
     pti_range *tasks;    size_t task_count;
     uint32_t top;                                        /* the split of all */
 } pti_builder;
@@ -2151,10 +2153,10 @@ static float pti_box_area(const pti_box *b) {            /* half of it */
 PTI_INLINE pti_f4 pti_ref_center(const pti_ref *r) { return pti_f4_add(pti_f4_load(r), pti_f4_load(r->hi)); }  /* twice it */
 static const pti_shape *pti_ref_shape(const pti_builder *b, const pti_ref *r) { return b->g->shapes + (r->shape ^ PTI_MIDDLING); }
 
-static pti_range pti_range_make(const pti_builder *b, size_t begin, size_t end, int depth) {
+static pti_range pti_range_make(const pti_builder *b, size_t begin, size_t end, size_t room, int depth) {
     pti_range r;
     size_t i;
-    r.begin = begin; r.end = end; r.depth = depth; r.link = NULL;
+    r.begin = begin; r.end = end; r.room = room; r.depth = depth; r.link = NULL;
     r.box = r.centers = pti_box_empty();
     for (i = begin; i < end; i++) {
         pti_f4 c = pti_ref_center(b->refs + i);
@@ -2236,6 +2238,22 @@ static int pti_bins_sweep(const pti_bins *bins, int axis, float *best) {
     }
     return at;
 }
+/* What is left of room goes to both halves, as they are large. */
+static void pti_share_room(pti_builder *b, const pti_range *r, size_t middle, size_t end, pti_range *left, pti_range *right) {
+    size_t gift = (size_t)((uint64_t)(r->room - end) * (middle - r->begin) / (end - r->begin));
+    if (gift) memmove(b->refs + middle + gift, b->refs + middle, (end - middle) * sizeof *b->refs);
+    left->begin = r->begin; left->end = middle; left->room = right->begin = middle + gift; right->end = end + gift;
+    right->room = r->room;
+    left->depth = right->depth = r->depth + 1;
+}
+static void pti_bins_halves(const pti_bins *bins, int axis, int at, pti_box *left, pti_box *right) {
+    int k;
+    *left = *right = pti_box_empty();
+    for (k = 0; k < bins->size; k++) {
+        const pti_box *box = &bins->box[axis][k];
+        pti_box_merge(k < at ? left : right, box->lo, box->hi);
+    }
+}
 /* Moves what belongs to the left of border `at` to the front, without a branch for chance to mislead. */
 static void pti_partition(pti_builder *b, const pti_range *r, const pti_bins *bins, int axis, int at, pti_range *left,
                           pti_range *right) {
@@ -2243,12 +2261,7 @@ static void pti_partition(pti_builder *b, const pti_range *r, const pti_bins *bi
     float border[4] = { -1, -1, -1, -1 };
     pti_f4 below;
     size_t i, middle = r->begin;
-    int k;
-    left->box = right->box = ours;
-    for (k = 0; k < bins->size; k++) {
-        const pti_box *box = &bins->box[axis][k];
-        pti_box_merge(k < at ? &left->box : &right->box, box->lo, box->hi);
-    }
+    pti_bins_halves(bins, axis, at, &left->box, &right->box);
     border[axis] = (float)at;
     below = pti_f4_load(border);
     for (i = r->begin; i < r->end; i++) {
@@ -2263,8 +2276,159 @@ static void pti_partition(pti_builder *b, const pti_range *r, const pti_bins *bi
         middle += goes_left;
     }
     left->centers = ours; right->centers = theirs;
-    left->begin = r->begin; left->end = right->begin = middle; right->end = r->end;
-    left->depth = right->depth = r->depth + 1;
+    pti_share_room(b, r, middle, r->end, left, right);
+}
+static void pti_ref_triangle(const pti_builder *b, const pti_ref *r, pt_vec3 v[3]) {
+    pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
+}
+/* Makes the box of a piece smaller: what of the triangle lies between two planes across an axis. All roundings, here and of the
+   rays that will be tested, are less than the pads: some of the triangle's size, some of its coordinates'. */
+static void pti_ref_clip(pti_ref *r, const pt_vec3 v[3], int axis, float lo, float hi) {
+    pti_bounds box = pti_bounds_empty(), whole = pti_bounds_empty();
+    float corner[6], size[3], pad;
+    int i, k;
+    for (i = 0; i < 3; i++) {
+        pt_vec3 p = v[i], q = v[(i + 1) % 3];
+        float a = pti_axis(p, axis), d = pti_axis(q, axis) - a;
+        pti_bounds_point(&whole, p);
+        if (a >= lo && a <= hi) pti_bounds_point(&box, p);
+        for (k = 0; k < 2; k++) {
+            float t = ((k ? hi : lo) - a) / d;           /* no crossing if d is 0 */
+            if (t >= 0 && t <= 1) pti_bounds_point(&box, pti_madd(pti_sub(q, p), t, p));
+        }
+    }
+    corner[0] = box.lo.x; corner[1] = box.lo.y; corner[2] = box.lo.z;
+    corner[3] = box.hi.x; corner[4] = box.hi.y; corner[5] = box.hi.z;
+    size[0] = whole.hi.x - whole.lo.x; size[1] = whole.hi.y - whole.lo.y; size[2] = whole.hi.z - whole.lo.z;
+    for (k = 0; k < 3; k++) {
+        pad = size[k] * (1.0f / 16384) + PTI_ULPS_8 * pti_max(fabsf(r->lo[k]), fabsf(r->hi[k]));
+        r->lo[k] = pti_max(r->lo[k], corner[k] - pad);
+        r->hi[k] = pti_min(r->hi[k], corner[k + 3] + pad);
+    }
+}
+
+/* Spatial splits (Stich, Friedrich and Dietrich 2009): where the boxes of an object split would overlap much, a plane may part the
+   triangles better, which are cut in two where it meets them: each piece has a box of its own, and still means the whole triangle.
+   Bins lie along the range's box, and hold what of each triangle is in them; `first` and `last` count where triangles begin and
+   end. Other objects are not cut: each is where its centre is. */
+#define PTI_CUTS 16
+#define PTI_OVERLAP 1e-5f                                /* of the area of all: less is not worth it */
+typedef struct pti_cuts { pti_box box[PTI_CUTS]; uint32_t first[PTI_CUTS], last[PTI_CUTS]; int axis; float lo, step, scale; } pti_cuts;
+static void pti_cuts_layout(pti_cuts *c, const pti_range *r, int axis) {
+    float lo[4], hi[4];
+    int k;
+    pti_f4_store(lo, r->box.lo);
+    pti_f4_store(hi, r->box.hi);
+    c->axis = axis; c->lo = lo[axis]; c->step = (hi[axis] - lo[axis]) / PTI_CUTS;
+    c->scale = c->step > 1e-36f ? 1 / c->step : 0.0f;
+    for (k = 0; k < PTI_CUTS; k++) { c->box[k] = pti_box_empty(); c->first[k] = c->last[k] = 0; }
+}
+static float pti_cuts_plane(const pti_cuts *c, int k) { return c->lo + c->step * (float)k; }
+static int pti_cuts_of(const pti_cuts *c, float x) {
+    float k = (x - c->lo) * c->scale;
+    return k > 0 ? k < PTI_CUTS - 1 ? (int)k : PTI_CUTS - 1 : 0;
+}
+static void pti_cuts_span(const pti_cuts *c, const pti_builder *b, const pti_ref *r, int *first, int *last) {
+    if (pti_ref_shape(b, r)->kind == PTI_MESH) {
+        *first = pti_cuts_of(c, r->lo[c->axis]);
+        *last = pti_cuts_of(c, r->hi[c->axis]);
+    } else *first = *last = pti_cuts_of(c, r->lo[c->axis] * 0.5f + r->hi[c->axis] * 0.5f);
+}
+static int pti_ref_is_empty(const pti_ref *r) { return !(r->lo[0] <= r->hi[0] && r->lo[1] <= r->hi[1] && r->lo[2] <= r->hi[2]); }
+static void pti_cuts_fill(pti_cuts *c, const pti_builder *b, const pti_range *r) {
+    size_t i;
+    for (i = r->begin; i < r->end; i++) {
+        const pti_ref *ref = b->refs + i;
+        pt_vec3 v[3];
+        int first, last, k;
+        pti_cuts_span(c, b, ref, &first, &last);
+        c->first[first]++;
+        c->last[last]++;
+        if (first == last) { pti_box_merge(&c->box[first], pti_f4_load(ref->lo), pti_f4_load(ref->hi)); continue; }
+        pti_ref_triangle(b, ref, v);
+        for (k = first; k <= last; k++) {
+            pti_ref piece = *ref;
+            pti_ref_clip(&piece, v, c->axis, k > first ? pti_cuts_plane(c, k) : -FLT_MAX, k < last ? pti_cuts_plane(c, k + 1) : FLT_MAX);
+            if (!pti_ref_is_empty(&piece)) pti_box_merge(&c->box[k], pti_f4_load(piece.lo), pti_f4_load(piece.hi));
+        }
+    }
+}
+/* The cheapest plane between bins that leaves fewer triangles on both sides, and for whose pieces there is room; or 0. */
+static int pti_cuts_sweep(const pti_cuts *c, const pti_range *r, float *best) {
+    float right[PTI_CUTS], cost;
+    uint32_t count[PTI_CUTS], n = 0, all = (uint32_t)(r->end - r->begin);
+    pti_box sum = pti_box_empty();
+    int k, at = 0;
+    for (k = PTI_CUTS - 1; k > 0; k--) {
+        pti_box_merge(&sum, c->box[k].lo, c->box[k].hi);
+        n += c->last[k];
+        count[k] = n;
+        right[k] = n ? pti_box_area(&sum) * pti_packets_for(n) : 0.0f;
+    }
+    sum = pti_box_empty();
+    for (k = 1, n = 0; k < PTI_CUTS; k++) {
+        pti_box_merge(&sum, c->box[k - 1].lo, c->box[k - 1].hi);
+        n += c->first[k - 1];
+        if (!n || !count[k] || n >= all || count[k] >= all || n + count[k] - all > r->room - r->end) continue;
+        cost = pti_box_area(&sum) * pti_packets_for(n) + right[k];
+        if (cost < *best) { *best = cost; at = k; }
+    }
+    return at;
+}
+/* Those on the left first, then those on the right, then the right pieces of the others. 0 if one side came out empty. */
+static int pti_partition_space(pti_builder *b, const pti_range *r, const pti_cuts *c, int at, pti_range *left, pti_range *right) {
+    size_t i = r->begin, middle = r->end, end = r->end;
+    float plane = pti_cuts_plane(c, at);
+    while (i < middle) {
+        pti_ref *ref = b->refs + i, piece = *ref, other;
+        int first, last;
+        pti_cuts_span(c, b, ref, &first, &last);
+        if (last < at) { i++; continue; }
+        if (first < at) {
+            pt_vec3 v[3];
+            pti_ref_triangle(b, ref, v);
+            other = piece;
+            pti_ref_clip(&piece, v, c->axis, -FLT_MAX, plane);
+            pti_ref_clip(&other, v, c->axis, plane, FLT_MAX);
+            if (!pti_ref_is_empty(&piece)) {
+                *ref = piece;
+                i++;
+                if (!pti_ref_is_empty(&other)) b->refs[end++] = other;
+                continue;
+            }
+            piece = other;
+        }
+        *ref = b->refs[--middle];
+        b->refs[middle] = piece;
+    }
+    if (middle == r->begin || middle == end) return 0;
+    *left = pti_range_make(b, r->begin, middle, middle, 0);
+    *right = pti_range_make(b, middle, end, end, 0);
+    pti_share_room(b, r, middle, end, left, right);
+    return 1;
+}
+/* The best plane, if it is cheaper than `best` and the halves of the best object split overlap. */
+static int pti_find_cut(const pti_builder *b, const pti_range *r, const pti_bins *bins, int axis, int at, float best, pti_cuts *out) {
+    pti_box left, right;
+    pti_cuts c;
+    int k, cut = 0;
+    if (!b->cuts || r->room == r->end) return 0;
+    if (axis >= 0) {
+        float size[4];
+        pti_bins_halves(bins, axis, at, &left, &right);
+        left.lo = pti_f4_max(left.lo, right.lo);
+        left.hi = pti_f4_min(left.hi, right.hi);
+        pti_f4_store(size, pti_f4_sub(left.hi, left.lo));
+        if (size[0] < 0 || size[1] < 0 || size[2] < 0 || pti_box_area(&left) < PTI_OVERLAP * b->area) return 0;
+    }
+    for (k = 0; k < 3; k++) {
+        pti_cuts_layout(&c, r, k);
+        if (c.scale == 0) continue;
+        pti_cuts_fill(&c, b, r);
+        at = pti_cuts_sweep(&c, r, &best);
+        if (at) { cut = at; *out = c; }
+    }
+    return cut;
 }
 static int pti_log2_ceil(size_t n) {
     int k = 0;
@@ -2278,8 +2442,9 @@ static int pti_bin_of(float center, float lo, float scale) {         /* for ligh
 /* Where all centres coincide, or the tree grows too deep, half goes left. */
 static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left, pti_range *right) {
     pti_bins bins;
+    pti_cuts cuts;
     float best = FLT_MAX;
-    int axis, at, best_axis = -1, best_at = 0;
+    int axis, at, best_axis = -1, best_at = 0, cut = 0;
     if (r->depth + 1 + pti_log2_ceil(r->end - r->begin) < PTI_MAX_DEPTH) {
         pti_bins_layout(&bins, r, b->bins);
         pti_bins_fill(&bins, b, r);
@@ -2287,12 +2452,14 @@ static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left,
             at = pti_bins_sweep(&bins, axis, &best);
             if (at) { best_axis = axis; best_at = at; }
         }
+        cut = pti_find_cut(b, r, &bins, best_axis, best_at, best, &cuts);
+        if (cut && pti_partition_space(b, r, &cuts, cut, left, right)) return;
     }
-    if (best_axis >= 0) pti_partition(b, r, &bins, best_axis, best_at, left, right);
+    if (best_axis >= 0 && !cut) pti_partition(b, r, &bins, best_axis, best_at, left, right);
     else {
         size_t middle = r->begin + (r->end - r->begin) / 2;
-        *left = pti_range_make(b, r->begin, middle, r->depth + 1);
-        *right = pti_range_make(b, middle, r->end, r->depth + 1);
+        *left = pti_range_make(b, r->begin, middle, middle, r->depth + 1);
+        *right = pti_range_make(b, middle, r->end, r->room, r->depth + 1);
     }
 }
 static void pti_keep_split(pti_builder *b, size_t index, const pti_range *r, pti_range *left, pti_range *right) {
@@ -2307,7 +2474,7 @@ static void pti_keep_split(pti_builder *b, size_t index, const pti_range *r, pti
 }
 static void pti_build_range(pti_builder *b, const pti_range *r, size_t *next) {
     pti_range left, right;
-    if (pti_is_leaf(b, r->begin, r->end)) return;
+    if (pti_is_leaf(b, r->begin, r->end)) { b->places[r->begin] = (uint32_t)(r->end - r->begin); return; }
     pti_split_range(b, r, &left, &right);
     pti_keep_split(b, (*next)++, r, &left, &right);
     pti_build_range(b, &left, next);
@@ -2384,7 +2551,7 @@ static void pti_branch_box(const pti_builder *b, const pti_branch *p, pti_bounds
         box->hi = pt_v3(s->hi[0], s->hi[1], s->hi[2]);
         return;
     }
-    for (i = p->begin; i < p->end; i++) {
+    for (i = p->begin; i < p->begin + b->places[p->begin]; i++) {
         const pti_ref *r = b->refs + i;
         pti_bounds_point(box, pt_v3(r->lo[0], r->lo[1], r->lo[2]));
         pti_bounds_point(box, pt_v3(r->hi[0], r->hi[1], r->hi[2]));
@@ -2435,6 +2602,7 @@ static void pti_order_branches(const pti_builder *b, pti_branch part[PTI_WIDTH],
 /* Lays out a child and all that is below it, from block *used on. Without blocks it only counts; with them, nodes are written,
    and of packets where they will be. A node and what follows fill whole cache lines, in whatever order. Subtrees that are small
    enough are left to threads: the first pass over what is above finds them, the second knows where they begin. */
+static uint32_t pti_place_packet(uint32_t at, uint32_t count) { return (at << 2 | (count - 1)) + 1; }      /* 0: there is none */
 #define PTI_PLACES 1024
 typedef struct pti_place { pti_branch whole; size_t at, size; } pti_place;
 typedef struct pti_places { pti_builder *builder; pti_place place[PTI_PLACES]; size_t count, next, most; } pti_places;
@@ -2448,7 +2616,7 @@ static uint32_t pti_lay_out(pti_builder *b, const pti_branch *p, size_t *used, p
     if (!p->split) {
         const pti_ref *ref = b->refs + p->begin;
         int object = pti_ref_shape(b, ref)->kind != PTI_MESH;
-        if (b->g->bvh.blocks) b->places[p->begin] = object ? PTI_NONE : at + 1;
+        if (b->g->bvh.blocks) b->places[p->begin] = object ? 0 : pti_place_packet(at, b->places[p->begin]);
         if (object) return PTI_OBJECT | (ref->shape ^ PTI_MIDDLING);
         *used += PTI_PACKET_BLOCKS;
         return PTI_LEAF | at;
@@ -2507,11 +2675,10 @@ static void pti_packet_fill(const pti_builder *b, pti_packet *p, size_t begin, s
 }
 static void pti_pack_slice(void *user, size_t slice) {
     const pti_builder *b = (const pti_builder *)user;
-    size_t i = slice * PTI_SLICE, end = i + PTI_SLICE < b->count ? i + PTI_SLICE : b->count, next;
-    for (; i < end; i = next) {
-        uint32_t at = b->places[i];
-        for (next = i + 1; next < b->count && next < i + PTI_LANES && !b->places[next]; next++) {}
-        if (at && at != PTI_NONE) pti_packet_fill(b, pti_packet_at(&b->g->bvh, at - 1), i, next);
+    size_t i = slice * PTI_SLICE, end = i + PTI_SLICE < b->room ? i + PTI_SLICE : b->room;
+    for (; i < end; i++) {
+        uint32_t place = b->places[i] - 1;
+        if (b->places[i]) pti_packet_fill(b, pti_packet_at(&b->g->bvh, place >> 2), i, i + (place & 3) + 1);
     }
 }
 
@@ -2564,7 +2731,7 @@ static float pti_ref_waste(const pti_builder *b, const pti_ref *r) {
     float x = r->hi[0] - r->lo[0], y = r->hi[1] - r->lo[1], z = r->hi[2] - r->lo[2], waste;
     pt_vec3 v[3], c;
     if (pti_ref_shape(b, r)->kind != PTI_MESH) return 0;
-    pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
+    pti_ref_triangle(b, r, v);
     c = pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0]));
     waste = x * y + y * z + z * x - (fabsf(c.x) + fabsf(c.y) + fabsf(c.z));
     return waste > 0 && waste <= FLT_MAX ? sqrtf(waste) : 0.0f;
@@ -2575,29 +2742,7 @@ static void pti_waste_slice(void *user, size_t slice) {  /* kept where the place
     for (; i < end; i++) ((float *)(void *)b->places)[i] = pti_ref_waste(b, b->refs + i);
 }
 static float pti_ref_axis(const pti_ref *r, int k) { return r->hi[k] - r->lo[k]; }
-
-/* Makes the box of a piece smaller: what of the triangle lies between two planes across an axis. */
-static void pti_ref_clip(pti_ref *r, const pt_vec3 v[3], int axis, float lo, float hi, const float pad[3]) {
-    pti_bounds box = pti_bounds_empty();
-    float corner[6];
-    int i, k;
-    for (i = 0; i < 3; i++) {
-        pt_vec3 p = v[i], q = v[(i + 1) % 3];
-        float a = pti_axis(p, axis), d = pti_axis(q, axis) - a;
-        if (a >= lo && a <= hi) pti_bounds_point(&box, p);
-        for (k = 0; k < 2; k++) {
-            float t = ((k ? hi : lo) - a) / d;           /* no crossing if d is 0 */
-            if (t >= 0 && t <= 1) pti_bounds_point(&box, pti_madd(pti_sub(q, p), t, p));
-        }
-    }
-    corner[0] = box.lo.x; corner[1] = box.lo.y; corner[2] = box.lo.z;
-    corner[3] = box.hi.x; corner[4] = box.hi.y; corner[5] = box.hi.z;
-    for (k = 0; k < 3; k++) {
-        r->lo[k] = pti_max(r->lo[k], corner[k] - pad[k]);
-        r->hi[k] = pti_min(r->hi[k], corner[k + 3] + pad[k]);
-    }
-}
-static void pti_ref_cut(pti_builder *b, size_t at, int pieces, const pt_vec3 v[3], const float pad[3]) {
+static void pti_ref_cut(pti_builder *b, size_t at, int pieces, const pt_vec3 v[3]) {
     pti_ref *r = b->refs + at, *other = b->refs + b->count;
     int axis = pti_ref_axis(r, 1) > pti_ref_axis(r, 0) ? 1 : 0, left = pieces / 2;
     float cut, lo, hi;
@@ -2606,11 +2751,11 @@ static void pti_ref_cut(pti_builder *b, size_t at, int pieces, const pt_vec3 v[3
     lo = r->lo[axis]; hi = r->hi[axis];
     cut = lo + (hi - lo) * ((float)left / (float)pieces);
     *other = *r;
-    pti_ref_clip(r, v, axis, lo, cut, pad);
-    pti_ref_clip(other, v, axis, cut, hi, pad);
+    pti_ref_clip(r, v, axis, lo, cut);
+    pti_ref_clip(other, v, axis, cut, hi);
     b->count++;
-    pti_ref_cut(b, at, left, v, pad);
-    pti_ref_cut(b, (size_t)(other - b->refs), pieces - left, v, pad);
+    pti_ref_cut(b, at, left, v);
+    pti_ref_cut(b, (size_t)(other - b->refs), pieces - left, v);
 }
 #define PTI_PIECES 64                                    /* that a triangle is cut into at most */
 static int pti_pieces(float waste, float reach) { return waste < PTI_PIECES * reach ? (int)(waste / reach) : PTI_PIECES; }
@@ -2619,7 +2764,6 @@ static void pti_cut_refs(pti_builder *b, float times) {
     size_t i, whole = b->count, extra;
     double sum = 0;
     float reach;
-    int k;
     pti_parallel(b->threads, pti_waste_slice, b, (whole + PTI_SLICE - 1) / PTI_SLICE);
     for (i = 0; i < whole; i++) sum += (double)waste[i];
     reach = (float)(sum / (double)whole) * times;
@@ -2631,13 +2775,10 @@ static void pti_cut_refs(pti_builder *b, float times) {
             reach *= 1.3f;
         }
         for (i = 0; i < whole; i++) {
-            const pti_ref *r = b->refs + i;
             pt_vec3 v[3];
-            float pad[3];
             if (!(waste[i] > 2 * reach)) continue;
-            pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
-            for (k = 0; k < 3; k++) pad[k] = pti_ref_axis(r, k) * (1.0f / 16384);
-            pti_ref_cut(b, i, pti_pieces(waste[i], reach), v, pad);
+            pti_ref_triangle(b, b->refs + i, v);
+            pti_ref_cut(b, i, pti_pieces(waste[i], reach), v);
         }
     }
     memset(b->places, 0, whole * sizeof *b->places);
@@ -2659,12 +2800,12 @@ static void pti_bvh_free(pti_bvh *bvh, const pt_allocator *a) {
 }
 static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
     pti_bvh *bvh = &b->g->bvh;
-    pti_branch whole = pti_branch_make(b, 0, b->count, b->top);
+    pti_branch whole = pti_branch_make(b, 0, b->room, b->top);
     pti_places *rest = (pti_places *)pti_alloc(a, 1, sizeof *rest);
     size_t used = 0, i;
     if (!rest) return 0;
     rest->builder = b;
-    rest->most = b->count / PTI_TASKS;
+    rest->most = b->room / PTI_TASKS;
     pti_lay_out(b, &whole, &used, rest);                 /* how much room is needed */
     pti_parallel(b->threads, pti_lay_out_task, rest, rest->count);
     for (i = 0; i < rest->count; i++) { rest->place[i].at = used; used += rest->place[i].size; }
@@ -2672,10 +2813,10 @@ static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
     bvh->blocks = (pti_block *)pti_alloc_unset(a, used, sizeof *bvh->blocks);
     if (bvh->blocks) {
         used = 0;
+        pti_branch_box(b, &whole, &bvh->bounds);
         bvh->root = pti_lay_out(b, &whole, &used, rest);
         pti_parallel(b->threads, pti_lay_out_task, rest, rest->count);
-        pti_branch_box(b, &whole, &bvh->bounds);
-        pti_parallel(b->threads, pti_pack_slice, b, (b->count + PTI_SLICE - 1) / PTI_SLICE);
+        pti_parallel(b->threads, pti_pack_slice, b, (b->room + PTI_SLICE - 1) / PTI_SLICE);
     }
     pti_free(a, rest, 1, sizeof *rest);
     return bvh->blocks != NULL;
@@ -2747,8 +2888,9 @@ static void pti_bvh_refit(pti_geometry *g, int threads) {
     pti_parallel(threads, pti_refit_task, &r, r.count);
     g->bvh.bounds = pti_refit_child(&r, g->bvh.root, 3);
 }
-/* How many bins, how many pieces more than triangles at most (one for so many), and by how much a triangle must stand out. */
-static const struct { int bins; uint32_t per_piece; float times; } pti_qualities[] = { { 16, 8, 2 }, { 8, 0, 0 }, { 32, 2, 1 } };
+/* How many bins; how many pieces more than triangles at most (one for so many); by how much a triangle must stand out to be cut
+   before the tree is built, 0: none is, they are as it grows. */
+static const struct { int bins; uint32_t per_piece; float times; } pti_qualities[] = { { 16, 8, 2 }, { 8, 0, 0 }, { 32, 2, 0 } };
 
 static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality quality, int threads) {  /* 0 when out of memory */
     uint32_t per_piece = pti_qualities[quality].per_piece;
@@ -2767,11 +2909,13 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
     g->bvh.bounds = pti_bounds_empty();
     if (fine) pti_collect(&b);
     g->bvh.left_out = g->prim_count - (uint32_t)b.count;
-    if (b.count && per_piece) pti_cut_refs(&b, pti_qualities[quality].times);
+    b.cuts = per_piece && pti_qualities[quality].times <= 0;
+    if (b.count && per_piece && !b.cuts) pti_cut_refs(&b, pti_qualities[quality].times);
     if (b.count) {
-        pti_range all = pti_range_make(&b, 0, b.count, 0);
+        pti_range all = pti_range_make(&b, 0, b.count, b.cuts ? b.room : b.count, 0);
         all.link = &b.top;
-        if (!pti_is_leaf(&b, 0, b.count)) pti_build_splits(&b, &all);
+        b.area = pti_box_area(&all.box);
+        pti_build_splits(&b, &all);
         fine = pti_bvh_place(&b, a);
     }
     pti_free(a, b.refs, b.room, sizeof *b.refs);
