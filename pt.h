@@ -138,7 +138,7 @@ typedef enum pt_light_choice {
 typedef enum pt_quality {
     PT_QUALITY_DEFAULT,                                   /* triangles that stick out are cut in pieces, up to 1/8 more */
     PT_QUALITY_FAST,                                      /* for scenes that are built again and again */
-    PT_QUALITY_BEST                                       /* for long renders: up to 1/2 more */
+    PT_QUALITY_BEST                                       /* for long renders: where many do, space is split, up to 1/2 more */
 } pt_quality;
 typedef struct pt_scene_desc {
     pt_allocator allocator;
@@ -2071,7 +2071,8 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
    primitives is split where the surface area heuristic says that random rays will meet least,
        cost = area(left) packets(left) + area(right) packets(right)
    over bins along the three axes (Wald 2007). Then each node takes in the largest of its descendants until it has eight
-   (Wald, Benthin and Boulos 2008). Leaves hold one packet of triangles, or one other object.
+   (Wald, Benthin and Boulos 2008). Leaves hold one packet of triangles, or one other object. Triangles that fill little of their
+   boxes are cut in pieces, before the tree grows or, for the best quality, as it does.
    Threads share the work, in an order that chance decides, but what each of them does depends on nothing but the range: the
    tree is the same for any number of them. */
 
@@ -2312,7 +2313,7 @@ static void pti_ref_clip(pti_ref *r, const pt_vec3 v[3], int axis, float lo, flo
    Bins lie along the range's box, and hold what of each triangle is in them; `first` and `last` count where triangles begin and
    end. Other objects are not cut: each is where its centre is. */
 #define PTI_CUTS 16
-#define PTI_OVERLAP 1e-5f                                /* of the area of all: less is not worth it */
+#define PTI_OVERLAP 1e-3f                                /* of the area of all: where there is less, trees get no better */
 typedef struct pti_cuts { pti_box box[PTI_CUTS]; uint32_t first[PTI_CUTS], last[PTI_CUTS]; int axis; float lo, step, scale; } pti_cuts;
 static void pti_cuts_layout(pti_cuts *c, const pti_range *r, int axis) {
     float lo[4], hi[4];
@@ -2725,7 +2726,7 @@ static void pti_collect(pti_builder *b) {
    (Ernst and Greiner 2007): each piece still means the whole triangle. What a box of half area A wastes,
        w = A - |e1 x e2|_1    (0 for a parallelogram's half that lies along the axes),
    k pieces make w / k; for a given number of pieces in all, the sum is least with k proportional to sqrt(w). Only what stands
-   out is worth it: k = sqrt(w) / reach, rounded down, and reach is some times the mean of sqrt(w), more if room is scarce. So
+   out is worth it: k = sqrt(w) / reach, rounded down, and reach is twice the mean of sqrt(w), more if room is scarce. So
    meshes of like triangles stay whole. */
 static float pti_ref_waste(const pti_builder *b, const pti_ref *r) {
     float x = r->hi[0] - r->lo[0], y = r->hi[1] - r->lo[1], z = r->hi[2] - r->lo[2], waste;
@@ -2759,21 +2760,24 @@ static void pti_ref_cut(pti_builder *b, size_t at, int pieces, const pt_vec3 v[3
 }
 #define PTI_PIECES 64                                    /* that a triangle is cut into at most */
 static int pti_pieces(float waste, float reach) { return waste < PTI_PIECES * reach ? (int)(waste / reach) : PTI_PIECES; }
-static void pti_cut_refs(pti_builder *b, float times) {
+static size_t pti_pieces_more(const pti_builder *b, const float *waste, float reach) {
+    size_t i, more = 0;
+    for (i = 0; i < b->count; i++) if (waste[i] > 2 * reach) more += (size_t)pti_pieces(waste[i], reach) - 1;
+    return more;
+}
+/* Where many stand out and space may be split, that is done instead: it cuts only where it helps. */
+#define PTI_STAND_OUT 64                                 /* more than one piece for so many triangles */
+static void pti_cut_refs(pti_builder *b) {
     const float *waste = (const float *)(const void *)b->places;
-    size_t i, whole = b->count, extra;
+    size_t i, whole = b->count;
     double sum = 0;
     float reach;
     pti_parallel(b->threads, pti_waste_slice, b, (whole + PTI_SLICE - 1) / PTI_SLICE);
     for (i = 0; i < whole; i++) sum += (double)waste[i];
-    reach = (float)(sum / (double)whole) * times;
-    if (reach > 0) {
-        for (;;) {
-            for (i = 0, extra = 0; i < whole; i++)
-                if (waste[i] > 2 * reach) extra += (size_t)pti_pieces(waste[i], reach) - 1;
-            if (extra <= b->room - b->g->prim_count) break;
-            reach *= 1.3f;
-        }
+    reach = (float)(sum / (double)whole) * 2;
+    b->cuts = b->cuts && reach > 0 && pti_pieces_more(b, waste, reach) > whole / PTI_STAND_OUT;
+    if (reach > 0 && !b->cuts) {
+        while (pti_pieces_more(b, waste, reach) > b->room - b->g->prim_count) reach *= 1.3f;
         for (i = 0; i < whole; i++) {
             pt_vec3 v[3];
             if (!(waste[i] > 2 * reach)) continue;
@@ -2888,9 +2892,8 @@ static void pti_bvh_refit(pti_geometry *g, int threads) {
     pti_parallel(threads, pti_refit_task, &r, r.count);
     g->bvh.bounds = pti_refit_child(&r, g->bvh.root, 3);
 }
-/* How many bins; how many pieces more than triangles at most (one for so many); by how much a triangle must stand out to be cut
-   before the tree is built, 0: none is, they are as it grows. */
-static const struct { int bins; uint32_t per_piece; float times; } pti_qualities[] = { { 16, 8, 2 }, { 8, 0, 0 }, { 32, 2, 0 } };
+/* How many bins; how many pieces more than triangles at most (one for so many); whether space may be split. */
+static const struct { int bins; uint32_t per_piece; int cuts; } pti_qualities[] = { { 16, 8, 0 }, { 8, 0, 0 }, { 32, 2, 1 } };
 
 static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality quality, int threads) {  /* 0 when out of memory */
     uint32_t per_piece = pti_qualities[quality].per_piece;
@@ -2909,8 +2912,8 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
     g->bvh.bounds = pti_bounds_empty();
     if (fine) pti_collect(&b);
     g->bvh.left_out = g->prim_count - (uint32_t)b.count;
-    b.cuts = per_piece && pti_qualities[quality].times <= 0;
-    if (b.count && per_piece && !b.cuts) pti_cut_refs(&b, pti_qualities[quality].times);
+    b.cuts = pti_qualities[quality].cuts;
+    if (b.count && per_piece) pti_cut_refs(&b);
     if (b.count) {
         pti_range all = pti_range_make(&b, 0, b.count, b.cuts ? b.room : b.count, 0);
         all.link = &b.top;

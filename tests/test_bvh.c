@@ -29,8 +29,7 @@ static void take_primitive(census *c, const pti_bounds *box, uint32_t prim) {
     for (i = 0; i < 3; i++) v[i] = v3_from(f[i]);
     for (i = 0; i < POINTS; i++) {
         v3 p = point_of(v, i), lo = v3_from(box->lo), hi = v3_from(box->hi);
-        double e = 1e-6 * (double)pti_max(pti_largest_abs(b.lo), pti_largest_abs(b.hi));
-        if (p.x >= lo.x - e && p.y >= lo.y - e && p.z >= lo.z - e && p.x <= hi.x + e && p.y <= hi.y + e && p.z <= hi.z + e)
+        if (p.x >= lo.x && p.y >= lo.y && p.z >= lo.z && p.x <= hi.x && p.y <= hi.y && p.z <= hi.z)
             c->seen[prim] |= 1u << i;
     }
 }
