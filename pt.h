@@ -5843,30 +5843,6 @@ static float pti_emitter_cone(const pti_emitter *e, pt_vec3 axis) {
     float s2 = e->radius * e->radius / pti_dot(axis, axis);
     return s2 < 1 ? s2 / (1 + sqrtf(1 - s2)) : 2.0f;
 }
-static int pti_emitter_draw(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
-    pt_vec3 c[3], axis;
-    pti_rect_frame frame;
-    pti_rect r;
-    float S;
-    if (!pti_emitter_faces(e, p)) return 0;
-    switch (e->kind) {
-    case PTI_TRIANGLE_LIGHT:
-        S = pti_emitter_triangle_angle(e, p, c);
-        *wi = S < PTI_TINY_TRIANGLE ? pti_emitter_sample_area(e, p, u, v)
-                                    : pti_normalize(pti_sample_triangle(c[0], c[1], c[2], S, u, v));
-        return 1;
-    case PTI_RECT_LIGHT:
-        frame = pti_rect_frame_of(e->e1, e->e2);
-        r = pti_rect_seen_from(&frame, pti_sub(e->p, p));
-        S = pti_rect_solid_angle(&r);
-        *wi = S < PTI_TINY_RECT ? pti_emitter_sample_area(e, p, u, v) : pti_normalize(pti_sample_rect(&r, S, u, v));
-        return 1;
-    default:
-        axis = pti_sub(e->p, p);
-        *wi = pti_sample_cone_about(pti_normalize(axis), pti_emitter_cone(e, axis), u, v);
-        return 1;
-    }
-}
 /* Where the ray from p along wi pierces a flat emitter: its distance, or 0. */
 static float pti_emitter_distance(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
     pt_vec3 h = pti_cross(wi, e->e2), s = pti_sub(p, e->p), q = pti_cross(s, e->e1);
@@ -5883,13 +5859,36 @@ static int pti_emitter_in_cone(const pti_emitter *e, pt_vec3 p, pt_vec3 wi, floa
     *one_minus_cos = pti_emitter_cone(e, axis);
     return pti_in_cone(pti_normalize(axis), *one_minus_cos, wi);
 }
-/* A direction is made of floats: on the rim, rounding takes some to where the density is 0. Those are lost; were they
-   kept, what they find would count 1 / p_bsdf instead of S. That is a bias, and the price of floats: nothing to see on most
-   emitters, percents of the light of one thinner than 1e-5 rad. */
-static int pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
-    float S;
-    if (!pti_emitter_draw(e, p, u, v, wi)) return 0;
-    return e->kind == PTI_SPHERE_LIGHT ? pti_emitter_in_cone(e, p, *wi, &S) : pti_emitter_distance(e, p, *wi) > 0;
+static float pti_emitter_pdf_area(const pti_emitter *e, pt_vec3 wi, float d) {
+    return d * d / (pti_emitter_area(e) * fabsf(pti_dot(wi, e->n)) + 1e-30f);
+}
+/* Draws wi, and returns its density, or 0. A direction is made of floats: on the rim, rounding takes some to where the density is 0.
+   Those are lost; were they kept, what they find would count 1 / p_bsdf instead of S. That is a bias, and the price of floats: nothing
+   to see on most emitters, percents of the light of one thinner than 1e-5 rad. */
+static float pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
+    pt_vec3 c[3], axis;
+    pti_rect_frame frame;
+    pti_rect r;
+    float S, d;
+    if (!pti_emitter_faces(e, p)) return 0;
+    if (e->kind == PTI_SPHERE_LIGHT) {
+        axis = pti_sub(e->p, p);
+        *wi = pti_sample_cone_about(pti_normalize(axis), pti_emitter_cone(e, axis), u, v);
+        return pti_emitter_in_cone(e, p, *wi, &S) ? pti_pdf_cone(S) : 0.0f;
+    }
+    if (e->kind == PTI_TRIANGLE_LIGHT) {
+        S = pti_emitter_triangle_angle(e, p, c);
+        if (S < PTI_TINY_TRIANGLE) S = 0;
+        *wi = S > 0 ? pti_normalize(pti_sample_triangle(c[0], c[1], c[2], S, u, v)) : pti_emitter_sample_area(e, p, u, v);
+    } else {
+        frame = pti_rect_frame_of(e->e1, e->e2);
+        r = pti_rect_seen_from(&frame, pti_sub(e->p, p));
+        S = pti_rect_solid_angle(&r);
+        if (S < PTI_TINY_RECT) S = 0;
+        *wi = S > 0 ? pti_normalize(pti_sample_rect(&r, S, u, v)) : pti_emitter_sample_area(e, p, u, v);
+    }
+    d = pti_emitter_distance(e, p, *wi);
+    return !(d > 0) ? 0.0f : S > 0 ? 1 / S : pti_emitter_pdf_area(e, *wi, d);
 }
 static float pti_emitter_pdf(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
     pt_vec3 c[3];
@@ -5909,7 +5908,7 @@ static float pti_emitter_pdf(const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
         S = pti_emitter_triangle_angle(e, p, c);
         if (S >= PTI_TINY_TRIANGLE) return pti_pdf_triangle(S);
     }
-    return d * d / (pti_emitter_area(e) * fabsf(pti_dot(wi, e->n)) + 1e-30f);
+    return pti_emitter_pdf_area(e, wi, d);
 }
 
 /* The light tree: a mixture of mixtures, whose weights depend on where the path stands. A node is split in two again and
@@ -6213,14 +6212,23 @@ static const pti_emitter *pti_lights_choose(const pti_lights *l, const pti_recei
     }
     return l->emitters + n->first;
 }
-static int pti_lights_sample(const pti_lights *l, const pti_receiver *r, uint32_t choice, float u, float v, pt_vec3 *wi) {
-    const pti_emitter *e = pti_lights_choose(l, r, choice);
-    return e && pti_emitter_sample(e, r->p, u, v, wi);
+/* The emitter that drew a direction, if one did, and its density there, which then need not be computed again. */
+typedef struct pti_drawn { const pti_emitter *by; float pdf; } pti_drawn;
+static int pti_lights_sample(const pti_lights *l, const pti_receiver *r, uint32_t choice, float u, float v, pt_vec3 *wi,
+                             pti_drawn *drawn) {
+    drawn->by = pti_lights_choose(l, r, choice);
+    drawn->pdf = drawn->by ? pti_emitter_sample(drawn->by, r->p, u, v, wi) : 0.0f;
+    return drawn->pdf > 0;
 }
 
 /* A ray on its way through the tree. Boxes are widened by what the rounding of wi is at their distance, so that the tree
    never misses what a leaf counts. */
-typedef struct pti_light_ray { const pti_lights *lights; const pti_receiver *receiver; pt_vec3 wi, inverse; } pti_light_ray;
+typedef struct pti_light_ray {
+    const pti_lights *lights;
+    const pti_receiver *receiver;
+    const pti_drawn *drawn;
+    pt_vec3 wi, inverse;
+} pti_light_ray;
 static float pti_light_slope(float d) { return fabsf(d) > 1e-16f ? 1 / d : 1e16f; }
 static int pti_light_met(const pti_light_node *n, const pti_light_ray *r) {
     pt_vec3 d = pti_sub(n->center, r->receiver->p), v = r->inverse;
@@ -6230,13 +6238,16 @@ static int pti_light_met(const pti_light_node *n, const pti_light_ray *r) {
     float t0 = pti_max(pti_max(x - a, y - b), pti_max(z - c, 0)), t1 = pti_min(pti_min(x + a, y + b), z + c);
     return t0 <= t1;
 }
+static float pti_drawn_pdf(const pti_drawn *drawn, const pti_emitter *e, pt_vec3 p, pt_vec3 wi) {
+    return drawn && drawn->by == e ? drawn->pdf : pti_emitter_pdf(e, p, wi);
+}
 static float pti_light_pdf(const pti_light_ray *r, const pti_light_node *n) {
     const pti_lights *l = r->lights;
     const pti_light_node *child = l->nodes + n->first;
     float p[PTI_WIDTH], imp[PTI_WIDTH], most = 0;
     double sum, weighted = 0;
     uint32_t k;
-    if (!n->count) return pti_emitter_pdf(l->emitters + n->first, r->receiver->p, r->wi);
+    if (!n->count) return pti_drawn_pdf(r->drawn, l->emitters + n->first, r->receiver->p, r->wi);
     for (k = 0; k < n->count; k++) {
         p[k] = pti_light_met(child + k, r) ? pti_light_pdf(r, child + k) : 0.0f;
         most = pti_max(most, p[k]);
@@ -6247,10 +6258,10 @@ static float pti_light_pdf(const pti_light_ray *r, const pti_light_node *n) {
     for (k = 0; k < n->count; k++) weighted += (double)imp[k] * (double)p[k];
     return (float)(weighted / sum);
 }
-static float pti_lights_pdf(const pti_lights *l, const pti_receiver *receiver, pt_vec3 wi) {
+static float pti_lights_pdf(const pti_lights *l, const pti_receiver *receiver, pt_vec3 wi, const pti_drawn *drawn) {   /* or NULL */
     pti_light_ray r;
-    if (l->count == 1) return pti_emitter_pdf(l->emitters, receiver->p, wi);
-    r.lights = l; r.receiver = receiver; r.wi = wi;
+    if (l->count == 1) return pti_drawn_pdf(drawn, l->emitters, receiver->p, wi);
+    r.lights = l; r.receiver = receiver; r.wi = wi; r.drawn = drawn;
     r.inverse = pt_v3(pti_light_slope(wi.x), pti_light_slope(wi.y), pti_light_slope(wi.z));
     return pti_light_pdf(&r, l->nodes);
 }
@@ -9087,20 +9098,20 @@ static float pti_mixture_split(pti_mixture *m, float potential) {      /* how ma
     return n;
 }
 /* What the lights' densities have in it. */
-static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi) {
-    float p = m->lights > 0 ? m->lights * pti_lights_pdf(&m->scene->lights, &m->receiver, wi) : 0.0f;
+static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi, const pti_drawn *drawn) {
+    float p = m->lights > 0 ? m->lights * pti_lights_pdf(&m->scene->lights, &m->receiver, wi, drawn) : 0.0f;
     return m->environment > 0 ? p + m->environment * pti_environment_pdf(&m->scene->environment, m->sky, wi) : p;
 }
 /* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
-   that is 0, nobody wants to know p. *guided: what the guide has in it. */
-static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pt_vec3 *f, float *guided) {
+   that is 0, nobody wants to know p. *guided: what the guide has in it. drawn: or NULL. */
+static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, const pti_drawn *drawn, pt_vec3 *f, float *guided) {
     const pt_scene *s = m->scene;
     float p, share;
     size_t i;
     *guided = 0;
     p = m->bsdf * pti_surface_eval(m->surface, wi, f);
     if (pti_is_zero3(*f)) return 0;
-    p += pti_mixture_pdf_lights(m, wi);
+    p += pti_mixture_pdf_lights(m, wi, drawn);
     if (m->guide > 0) p += *guided = m->guide * pti_guide_pdf(m->guided, m->cell, m->x->p, wi);
     for (i = 0; m->users > 0 && i < s->density_count; i++) {
         share = pti_density_share(s->densities + i, m->x);
@@ -9122,10 +9133,12 @@ static int pti_mixture_sample_user(const pti_mixture *m, uint32_t *choice, const
 }
 
 /* From the lights' densities alone, which must have all the shares. */
-static int pti_mixture_sample_lights(const pti_mixture *m, uint32_t u, uint32_t v, uint32_t choice[2], pt_vec3 *wi) {
+static int pti_mixture_sample_lights(const pti_mixture *m, uint32_t u, uint32_t v, uint32_t choice[2], pt_vec3 *wi,
+                                     pti_drawn *drawn) {
     const pt_scene *s = m->scene;
+    drawn->by = NULL;
     if (m->environment <= 0 || (m->lights > 0 && pti_split(choice, m->lights)))
-        return pti_lights_sample(&s->lights, &m->receiver, choice[0], pti_u01(u), pti_u01(v), wi);
+        return pti_lights_sample(&s->lights, &m->receiver, choice[0], pti_u01(u), pti_u01(v), wi, drawn);
     return pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), wi);
 }
 
@@ -9144,6 +9157,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     uint32_t among = choice[0];
     pt_vec3 f;
     pt_scatter scatter;
+    pti_drawn lamp = { NULL, 0 };
     int drawn;
     memset(&scatter, 0, sizeof scatter);
     step->delta = 0;
@@ -9156,7 +9170,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
         step->wi = pti_guide_sample(m->guided, m->cell, m->x->p, u, v);
         drawn = 1;
     } else if (m->lights > 0 && pti_split(&u, m->lights / (others - m->guide))) {
-        drawn = pti_lights_sample(&s->lights, &m->receiver, among, pti_u01(u), pti_u01(v), &step->wi);
+        drawn = pti_lights_sample(&s->lights, &m->receiver, among, pti_u01(u), pti_u01(v), &step->wi, &lamp);
     } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
         drawn = m->environment > 0 && pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), &step->wi);
     } else {
@@ -9172,7 +9186,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     }
     step->weight = pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the path will see it */
     if (!pti_is_direction(step->wi)) return 1;
-    p = pti_mixture_pdf(m, step->wi, &f, &guided);
+    p = pti_mixture_pdf(m, step->wi, &lamp, &f, &guided);
     if (pti_is_zero3(f) || p <= 0) return 0;             /* NaN goes on: the film will count it */
     step->p = p;
     step->weight = pti_scale(f, 1 / p);
@@ -9198,7 +9212,7 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
     r->share[PTI_PART_BSDF] = pti_max(1 - (m->users + m->lights + m->environment) / calm, 0);
     r->part[PTI_PART_BSDF] = step->p > 0 ? pti_surface_eval(m->surface, step->wi, &f) / step->p : 0.0f;
     r->part[PTI_PART_LIGHTS] = step->p > 0 && m->lights > 0
-        ? pti_lights_pdf(&m->scene->lights, &m->receiver, step->wi) / step->p : 0.0f;
+        ? pti_lights_pdf(&m->scene->lights, &m->receiver, step->wi, NULL) / step->p : 0.0f;
     r->part[PTI_PART_ENVIRONMENT] = step->p > 0 && m->environment > 0
         ? pti_environment_pdf(&m->scene->environment, m->sky, step->wi) / step->p : 0.0f;
     r->guide.p = m->x->p;
@@ -9541,13 +9555,13 @@ static int pti_nee_split(pti_mixture *m, int each, pti_nee *n) {
     n->lights.environment /= sum;
     return 1;
 }
-static float pti_nee_pdf(const pti_nee *n, pt_vec3 wi, int each) {
+static float pti_nee_pdf(const pti_nee *n, pt_vec3 wi, const pti_drawn *drawn, int each) {
     const pti_mixture *m = &n->lights;
     const pti_lights *l = &m->scene->lights;
     float p = 0;
     size_t i;
-    if (!each) return pti_mixture_pdf_lights(m, wi);
-    for (i = 0; m->lights > 0 && i < l->count; i++) p += pti_emitter_pdf(l->emitters + i, m->receiver.p, wi);
+    if (!each) return pti_mixture_pdf_lights(m, wi, drawn);
+    for (i = 0; m->lights > 0 && i < l->count; i++) p += pti_drawn_pdf(drawn, l->emitters + i, m->receiver.p, wi);
     return m->environment > 0 ? p + n->each * pti_environment_pdf(&m->scene->environment, m->sky, wi) : p;
 }
 static float pti_power_heuristic(float p, float other) {
@@ -9557,7 +9571,7 @@ static float pti_power_heuristic(float p, float other) {
 /* The weight of emission that the path's own ray along wi found. */
 static float pti_nee_found(const pti_tracer *t, const pti_nee *n, pt_vec3 wi) {
     if (!(n->p > 0)) return 1;
-    return pti_power_heuristic(n->p, pti_nee_pdf(n, wi, t->integrator == PT_INTEGRATOR_NEE_ALL));
+    return pti_power_heuristic(n->p, pti_nee_pdf(n, wi, NULL, t->integrator == PT_INTEGRATOR_NEE_ALL));
 }
 /* What the nearest surface emits, or the sky. */
 static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_vec3 wi, uint64_t *rays) {
@@ -9574,24 +9588,26 @@ static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_
     return pti_mul(L, pti_path_transmittance(t, org, wi, from->time, m ? x.t : FLT_MAX));
 }
 /* f |cos| Le w_l / p_l for a wi that was drawn from the lights. */
-static pt_vec3 pti_nee_gather(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, pt_vec3 wi, uint64_t *rays) {
+static pt_vec3 pti_nee_gather(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, pt_vec3 wi, const pti_drawn *drawn,
+                              uint64_t *rays) {
     pt_vec3 f, L;
-    float guided, q = pti_mixture_pdf(m, wi, &f, &guided), p;
+    float guided, q = pti_mixture_pdf(m, wi, NULL, &f, &guided), p;
     if (pti_is_zero3(f)) return f;
     L = pti_mul(f, pti_path_emission(t, m->x, wi, rays));
     if (pti_is_zero3(L)) return L;
-    p = pti_nee_pdf(n, wi, t->integrator == PT_INTEGRATOR_NEE_ALL);
+    p = pti_nee_pdf(n, wi, drawn, t->integrator == PT_INTEGRATOR_NEE_ALL);
     return p > 0 ? pti_scale(L, pti_power_heuristic(p, q) / p) : pt_v3(0, 0, 0);
 }
 static pt_vec3 pti_nee_one(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, const pti_sampler *sampler,
                            uint32_t group, uint64_t *rays) {
     const pti_mixture *l = &n->lights;
     uint32_t u[2], choice[2] = { 0, 0 };
+    pti_drawn drawn;
     pt_vec3 wi;
     pti_draw2(sampler, group, 0, u);
     if (t->scene->lights.count > 1 || l->environment > 0) pti_draw2(sampler, group, 1, choice);
-    if (!pti_mixture_sample_lights(l, u[0], u[1], choice, &wi)) return pt_v3(0, 0, 0);
-    return pti_nee_gather(t, n, m, wi, rays);
+    if (!pti_mixture_sample_lights(l, u[0], u[1], choice, &wi, &drawn)) return pt_v3(0, 0, 0);
+    return pti_nee_gather(t, n, m, wi, &drawn, rays);
 }
 static pt_vec3 pti_nee_each(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, const pti_sampler *sampler,
                             uint32_t group, uint64_t *rays) {
@@ -9599,12 +9615,17 @@ static pt_vec3 pti_nee_each(const pti_tracer *t, const pti_nee *n, const pti_mix
     uint32_t count = n->lights.lights > 0 ? (uint32_t)l->count : 0, k, u[2];
     uint32_t sky = n->lights.environment > 0 ? (uint32_t)n->each : 0;
     pt_vec3 L = pt_v3(0, 0, 0), wi;
+    pti_drawn drawn;
+    int is_drawn;
     for (k = 0; k < count + sky; k++) {
         pti_draw2(sampler, PTI_GROUP_SHADOW | pti_hash2(group, k), 0, u);
         if (k >= count) u[0] = (uint32_t)(((uint64_t)(k - count) << 32 | u[0]) / sky);
-        if (k < count ? pti_emitter_sample(l->emitters + k, m->receiver.p, pti_u01(u[0]), pti_u01(u[1]), &wi)
-                      : pti_environment_sample(&t->scene->environment, m->sky, u[0], pti_u01(u[1]), &wi))
-            L = pti_add(L, pti_nee_gather(t, n, m, wi, rays));
+        drawn.by = k < count ? l->emitters + k : NULL;
+        if (k < count) {
+            drawn.pdf = pti_emitter_sample(drawn.by, m->receiver.p, pti_u01(u[0]), pti_u01(u[1]), &wi);
+            is_drawn = drawn.pdf > 0;
+        } else is_drawn = pti_environment_sample(&t->scene->environment, m->sky, u[0], pti_u01(u[1]), &wi);
+        if (is_drawn) L = pti_add(L, pti_nee_gather(t, n, m, wi, &drawn, rays));
     }
     return L;
 }

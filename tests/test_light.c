@@ -171,7 +171,8 @@ static int forest_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
     for (tries = 0; tries < 100; tries++) {
         uint32_t choice = pt_rng_u32(rng);
         float u = pt_rng_float(rng), v = pt_rng_float(rng);
-        if (pti_lights_sample(f->l, &f->at, choice, u, v, wi)) return 1;
+        pti_drawn drawn;
+        if (pti_lights_sample(f->l, &f->at, choice, u, v, wi, &drawn)) return 1;
         f->lost++;
         if (f->total < 1 - 1e-9) return 0;               /* this was no loss on a rim */
     }
@@ -179,7 +180,7 @@ static int forest_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
 }
 static double forest_pdf(void *ctx, pt_vec3 wi) {
     const forest *f = (const forest *)ctx;
-    return pti_lights_pdf(f->l, &f->at, wi);
+    return pti_lights_pdf(f->l, &f->at, wi, NULL);
 }
 /* All leaves, no boxes: sum of P(leaf) p_leaf(wi), or with wi NULL the sum of P(leaf) over those that shine. */
 static double all_leaves(const pti_lights *l, const pti_light_node *n, const pti_receiver *at, const pt_vec3 *wi) {
@@ -228,7 +229,7 @@ static void light_tree(void) {
             f.l = &s->lights; f.at = anywhere(pt_v3(from[k][0], from[k][1], from[k][2])); f.lost = 0;
             f.total = all_leaves(f.l, f.l->nodes, &f.at, NULL);
             test_case("%d lights, side %d, place %d, total %g", count[i], side, k, f.total);
-            if (f.total <= 0) { CHECK(pti_lights_pdf(f.l, &f.at, pt_v3(0, 0, 1)) == 0); continue; }
+            if (f.total <= 0) { CHECK(pti_lights_pdf(f.l, &f.at, pt_v3(0, 0, 1), NULL) == 0); continue; }
             d.sample = forest_sample; d.pdf = forest_pdf; d.ctx = &f;
             d.total = f.total; d.n = count[i] == 100 ? 4000 : 10000; d.tolerance = 0.006;
             d.ax = 0.3; d.ay = 0.9; d.az = 0.2;
@@ -249,16 +250,17 @@ static void every_emitter_counts(void) {
             pt_vec3 p = pti_scale(stats_direction(&rng), 8 * pt_rng_float(&rng)), wi = stats_direction(&rng);
             float u = pt_rng_float(&rng), v = pt_rng_float(&rng);
             pti_receiver at = anywhere(p);
+            pti_drawn drawn;
             double want;
             size_t j;
             int here = 0;
-            if (k & 1 && !pti_lights_sample(&s->lights, &at, pt_rng_u32(&rng), u, v, &wi)) continue;
+            if (k & 1 && !pti_lights_sample(&s->lights, &at, pt_rng_u32(&rng), u, v, &wi, &drawn)) continue;
             want = all_leaves(&s->lights, s->lights.nodes, &at, &wi);
             for (j = 0; j < s->lights.count; j++) here += pti_emitter_pdf(s->lights.emitters + j, p, wi) > 0;
             several += here > 1;
             none += here == 0;
             test_case("%d lights, case %d", count[i], k);
-            CHECK_NEAR(pti_lights_pdf(&s->lights, &at, wi), want, 1e-5 * want);
+            CHECK_NEAR(pti_lights_pdf(&s->lights, &at, wi, NULL), want, 1e-5 * want);
         }
         pt_scene_destroy(s);
     }
@@ -365,10 +367,12 @@ static void receivers(void) {
             for (i = 0; i < 300; i++) {
                 pt_vec3 wi = stats_direction(&rng);
                 float u = pt_rng_float(&rng), v = pt_rng_float(&rng);
+                pti_drawn drawn = { NULL, 0 };
                 double want;
-                if (i & 1 && !pti_lights_sample(f.l, &r, pt_rng_u32(&rng), u, v, &wi)) continue;
+                if (i & 1 && !pti_lights_sample(f.l, &r, pt_rng_u32(&rng), u, v, &wi, &drawn)) continue;
                 want = all_leaves(f.l, f.l->nodes, &r, &wi);
-                if (!CHECK_NEAR(pti_lights_pdf(f.l, &r, wi), want, 2e-6 * want)) break;
+                if (!CHECK_NEAR(pti_lights_pdf(f.l, &r, wi, NULL), want, 2e-6 * want)) break;
+                CHECK(pti_lights_pdf(f.l, &r, wi, &drawn) == pti_lights_pdf(f.l, &r, wi, NULL));    /* to the bit */
             }
             if (f.total < 1e-9 || n == 500) continue;
             d.sample = forest_sample; d.pdf = forest_pdf; d.ctx = &f;
@@ -428,10 +432,11 @@ static void many_lamps_at_once(void) {                   /* crowds, copies in on
             for (j = 0; j < s->lights.node_count; j++) leaves += !s->lights.nodes[j].count;
             CHECK_EQ_INT(leaves, N);
             for (i = 0; i < 100; i++) {
+                pti_drawn drawn;
                 double want;
-                if (!pti_lights_sample(&s->lights, &r, pt_rng_u32(&rng), 0.4f, 0.3f, &wi)) continue;
+                if (!pti_lights_sample(&s->lights, &r, pt_rng_u32(&rng), 0.4f, 0.3f, &wi, &drawn)) continue;
                 want = kind == 1 && i > 2 ? 0 : all_leaves(&s->lights, s->lights.nodes, &r, &wi);
-                if (want > 0) CHECK_NEAR(pti_lights_pdf(&s->lights, &r, wi), want, 1e-4 * want);
+                if (want > 0) CHECK_NEAR(pti_lights_pdf(&s->lights, &r, wi, NULL), want, 1e-4 * want);
             }
         }
         pt_scene_destroy(s);

@@ -186,6 +186,7 @@ static void walks(size_t most) {
                 start = processor_seconds();
                 for (i = 0; i < n; i++) {
                     pti_receiver r;
+                    pti_drawn drawn;
                     pt_vec3 wi, other;
                     uint32_t choice = pt_rng_u32(&rng);
                     float u = pt_rng_float(&rng), v = pt_rng_float(&rng);
@@ -194,8 +195,8 @@ static void walks(size_t most) {
                     r.n = pti_neg(wi);
                     r.n = pti_sample_sphere(v, u);
                     if (pti_dot(r.n, wi) < 0) r.n = pti_neg(r.n);
-                    if (pass) sum += (float)pti_lights_sample(l, &r, choice, u, v, &other);
-                    else sum += pti_lights_pdf(l, &r, wi);
+                    if (pass) sum += (float)pti_lights_sample(l, &r, choice, u, v, &other, &drawn);
+                    else sum += pti_lights_pdf(l, &r, wi, NULL);
                 }
                 spent[pass] = (processor_seconds() - start) / (double)n;
             }
