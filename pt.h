@@ -9673,35 +9673,37 @@ static int pti_path_split(const pti_walk *w, const pti_path *path, pti_mixture *
 }
 /* Ray k of n, from mix, where *path stands. All are strata of one number: ray k has u + k/n (mod 1), and so its own part of the
    mixture. The other numbers are shifted by a constant, which leaves them stratified over the samples. */
-static void pti_path_send(pti_walk *w, pti_path path, const pti_mixture *mix, float calm, int k, int n, const uint32_t u[2],
+static void pti_path_send(pti_walk *w, const pti_path *path, const pti_mixture *mix, float calm, int k, int n, const uint32_t u[2],
                           const uint32_t choice[2]) {
     const pti_tracer *t = w->tracer;
     const pti_surface *surface = mix->surface;
     const pt_vertex *x = surface->x;
-    uint32_t shift = k ? pti_hash2(path.group, (uint32_t)k) & PTI_GROUP_MASK : 0, picks[2];
+    uint32_t shift = k ? pti_hash2(path->group, (uint32_t)k) & PTI_GROUP_MASK : 0, picks[2];
+    pti_path *next = w->path + w->count;
     pti_step step;
     int drawn;
     picks[0] = choice[0] ^ shift; picks[1] = choice[1] ^ shift;
     drawn = pti_mixture_sample(mix, u[0] + (uint32_t)(((uint64_t)k << 32) / (uint32_t)n), u[1] ^ shift, picks, &step);
-    if (w->trail) pti_mixture_note(mix, calm, &step, t->shares, w->L, path.beta, *w->rays, w->trail);
+    if (w->trail) pti_mixture_note(mix, calm, &step, t->shares, w->L, path->beta, *w->rays, w->trail);
     if (!drawn || w->L.x < 0) return;
     if (!pti_is_direction(step.wi) || !pti_finite3(step.weight)) {
         w->L = pt_v3(-1, -1, -1);                        /* a user's NaN, or no unit vector: the film will discard it */
         w->count = 0;
         return;
     }
-    if (k) path.group = shift;
-    path.group++;
-    if (t->max_diffuse) path.diffuse += pti_step_is_diffuse(surface, &step, pti_hash2(path.group, u[1]));
-    path.beta = pti_mul(path.beta, step.weight);
-    if (!step.delta) path.potential = pti_mul(path.potential, pti_scale(step.weight, step.plain));
+    next->wavelength = path->wavelength;
+    next->group = (k ? shift : path->group) + 1;
+    next->depth = path->depth + 1;
+    next->diffuse = path->diffuse;
+    if (t->max_diffuse) next->diffuse += pti_step_is_diffuse(surface, &step, pti_hash2(next->group, u[1]));
+    next->beta = pti_mul(path->beta, step.weight);
+    next->potential = step.delta ? path->potential : pti_mul(path->potential, pti_scale(step.weight, step.plain));
     if (!step.delta && surface->squeeze != 1 && !pti_same_side(x, x->wo, step.wi))
-        path.potential = pti_scale(path.potential, surface->squeeze);
-    path.org = pti_spawn(x, step.wi);
-    path.dir = step.wi;
-    path.depth++;
+        next->potential = pti_scale(next->potential, surface->squeeze);
+    next->org = pti_spawn(x, step.wi);
+    next->dir = step.wi;
     if (t->integrator) w->nee.p = step.p;
-    w->path[w->count++] = path;
+    w->count++;
 }
 /* Those that have just been sent come in such an order that the weakest is followed first. It ends soon, as most rays to lamps do;
    were it kept for later, a long walk would fill up all the room with such, and could split no more. */
@@ -9769,7 +9771,7 @@ static void pti_path_follow(pti_walk *w) {
     if (t->integrator)
         w->L = pti_add(w->L, pti_mul(path.beta, pti_nee_at(t, &mix, w->sampler, path.group, &w->nee, w->rays)));
     first = w->count;
-    for (k = 0; k < n; k++) pti_path_send(w, path, &mix, calm, k, n, u, choice);
+    for (k = 0; k < n; k++) pti_path_send(w, &path, &mix, calm, k, n, u, choice);
     pti_walk_order(w, first);
 }
 /* wavelength: 0 where the camera let all of them through. trail: NULL but for paths that go ahead. */
