@@ -826,6 +826,14 @@ PTI_INLINE uint32_t pti_highest_bit(uint32_t x) {        /* and of the highest *
 #endif
 }
 
+PTI_INLINE uint32_t pti_reverse_bytes(uint32_t x) {
+#if defined(__GNUC__)
+    return __builtin_bswap32(x);
+#else
+    return x >> 24 | (x >> 8 & 0xff00u) | (x << 8 & 0xff0000u) | x << 24;
+#endif
+}
+
 /* Denormals kept, rounding to nearest, whatever the host's thread has set. */
 typedef uint64_t pti_fpmode;
 static pti_fpmode pti_fpmode_enter(void) {
@@ -1426,8 +1434,7 @@ static uint32_t pti_hash(uint32_t x) {
 static uint32_t pti_hash2(uint32_t a, uint32_t b) { return pti_hash(a ^ (pti_hash(b) + 0x9e3779b9u)); }
 
 static uint32_t pti_reverse_bits(uint32_t x) {
-    x = x >> 16 | x << 16;
-    x = (x & 0x00ff00ffu) << 8 | (x & 0xff00ff00u) >> 8;
+    x = pti_reverse_bytes(x);
     x = (x & 0x0f0f0f0fu) << 4 | (x & 0xf0f0f0f0u) >> 4;
     x = (x & 0x33333333u) << 2 | (x & 0xccccccccu) >> 2;
     return (x & 0x55555555u) << 1 | (x & 0xaaaaaaaau) >> 1;
@@ -2684,10 +2691,10 @@ static void pti_pack_slice(void *user, size_t slice) {
 }
 
 static uint32_t pti_find_shape(const pti_geometry *g, uint32_t prim) {
-    size_t lo = 0, hi = g->shape_count;
-    while (hi - lo > 1) {
-        size_t mid = lo + (hi - lo) / 2;
-        if (g->shapes[mid].first <= prim) lo = mid; else hi = mid;
+    size_t lo = 0, n = g->shape_count, half;
+    for (; n > 1; n -= half) {                           /* without a branch for chance to mislead */
+        half = n / 2;
+        lo += g->shapes[lo + half].first <= prim ? half : 0;
     }
     return (uint32_t)lo;
 }
@@ -9720,15 +9727,17 @@ static void pti_walk_order(pti_walk *w, int first) {
 static void pti_path_follow(pti_walk *w) {
     const pti_tracer *t = w->tracer;
     const pt_scene *s = t->scene;
-    pti_path path = w->path[--w->count];
+    const pti_path *top = w->path + --w->count;
+    pti_path path;
     pt_vertex x;
-    const pti_material *m = pti_path_trace(t, path.org, path.dir, w->time, &x, w->rays), *hit;
+    const pti_material *m = pti_path_trace(t, top->org, top->dir, w->time, &x, w->rays), *hit;
     pt_vec3 Le = { 0, 0, 0 };
     pti_surface surface;
     pti_mixture mix;
     uint32_t u[2], choice[2] = { 0, 0 };
     float calm, bright = 1;
     int n, k, first;
+    path = *top;
     x.wavelength = path.wavelength;
     if (!m || m->emits) {
         Le = m ? pti_material_emission(m, &x) : pti_environment_radiance(&s->environment, path.dir);
