@@ -1,10 +1,6 @@
 /* kernels.c - how fast are pt.h's ray queries? The same rays for pt.h and, where it is installed, Embree 3 (libembree-dev): one ray
    at a time, in one thread, interleaved; processor time, medians. kernels.sh builds this and passes on what libraries there are.
-   usage: kernels [--quick] [--runs N] [--isa scalar|sse2|avx2|neon] [--scenes a,b,...] [--libraries a,b,...] [--csv FILE]
-                  [--no-build] [--grow] [--threads N] [--leaks RAYS]
-   --grow: scenes of 10^2 to 10^7 triangles, to see what a ray costs.
-   Libraries: pt, pt_native (-O3 -march=native), pt_best (PT_QUALITY_BEST), embree, embree_robust, embree_best (RTC_BUILD_QUALITY_HIGH);
-   with --isa scalar, Embree's are AVX2. The first library of the list is the one that all are compared with, embree if it is there. */
+   --help says what it can do. */
 #define _GNU_SOURCE
 #include <float.h>
 #include <math.h>
@@ -211,7 +207,8 @@ static void race_builds(const options *o, const kernel_scene *s, scores total[],
                 score_add(&total[i].build, base / t);
                 if (threads == 1) score_add(&total[i].memory, bytes[0] / bytes[i]);
             }
-            if (csv) fprintf(csv, "%s,build with %d threads,%s,%.1f\n", s->name, threads, o->libraries[i]->name, t / triangles * 1e9);
+            if (csv)
+                fprintf(csv, "%s,build with %d threads,%s,%.1f\n", s->name, threads, o->libraries[i]->name, t / triangles * 1e9);
         }
         printf("\n");
     }
@@ -234,13 +231,13 @@ static void race_builds(const options *o, const kernel_scene *s, scores total[],
         if (csv) fprintf(csv, "%s,refit,%s,%.1f\n", s->name, o->libraries[i]->name, median(times[i], runs));
     }
 }
-static void race(const options *o, const char *name, scores total[], FILE *csv) {
+static int race(const options *o, const char *name, scores total[], FILE *csv) {
     kernel_scene s;
     ray_set set[SETS];
     void *built[KNOWN];
     double triangles = 0;
     int i;
-    if (!scene_make(&s, name)) { printf("%s: not here, skipped\n", name); return; }
+    if (!scene_make(&s, name)) { printf("%s: not here, skipped\n", name); return 0; }
     for (i = 0; i < s.parts; i++) triangles += (double)s.part[i].triangles;
     printf("%s, %.0f triangles\n", name, triangles);
     for (i = 0; i < o->library_count; i++) {
@@ -253,6 +250,7 @@ static void race(const options *o, const char *name, scores total[], FILE *csv) 
     if (o->build && triangles > 50000) race_builds(o, &s, total, csv);
     for (i = 0; i < SETS; i++) { free(set[i].rays); free(set[i].t); }
     scene_free(&s);
+    return 1;
 }
 
 /* ---- leaks: rays aimed at edges and corners of a closed ball, along lines through its middle, so that all must hit ---- */
@@ -308,6 +306,34 @@ static void count_leaks(const options *o) {
     scene_free(&s);
 }
 
+static const char help[] =
+    "usage: kernels [options]\n"
+    "  --quick              512 x 512 primary rays, medians of 3\n"
+    "  --size N, --runs N   N x N primary rays (1024), medians of N (7; 99 at most)\n"
+    "  --scenes a,b,...     of cornell, bunny, arch, blobs, instances, and grow with a number of triangles; bunny is read from\n"
+    "                       ../shared/data/meshes, and left out where that is not\n"
+    "  --grow               scenes of 10^2 to 10^7 triangles, to see what a ray costs\n"
+    "  --libraries a,b,...  of those below; the first is what all others are compared with: embree, if it is here\n"
+    "  --isa NAME           scalar, sse2, avx2 or neon; Embree has no scalar, and uses AVX2 then\n"
+    "  --threads N          for building, beside one (2)\n"
+    "  --no-build           does not time building\n"
+    "  --leaks RAYS         so many rays at edges and corners of a closed mesh instead: how many pass?\n"
+    "  --csv FILE           keeps the figures\n"
+    "libraries: pt, pt_native (-O3 -march=native), pt_best (PT_QUALITY_BEST), embree, embree_robust,\n"
+    "           embree_best (RTC_BUILD_QUALITY_HIGH)\n"
+    "here:";
+static void print_help(void) {
+    int k;
+    printf("%s", help);
+    for (k = 0; k < (int)KNOWN; k++) printf(" %s", known[k]->name);
+    printf("\n");
+}
+static int is_here(const char *library) {
+    int k;
+    for (k = 0; k < (int)KNOWN; k++) if (!strcmp(known[k]->name, library)) return 1;
+    return 0;
+}
+/* 0: go on, else main's result plus 1 */
 static int parse(options *o, int argc, char **argv) {
     int i, k;
     memset(o, 0, sizeof *o);
@@ -315,6 +341,7 @@ static int parse(options *o, int argc, char **argv) {
     o->scenes = "cornell,bunny,arch,blobs,instances";
     for (i = 1; i < argc; i++) {
         const char *value = i + 1 < argc ? argv[i + 1] : "";
+        if (!strcmp(argv[i], "--help") || !strcmp(argv[i], "-h")) { print_help(); return 1; }
         if (!strcmp(argv[i], "--quick")) { o->quick = 1; o->runs = 3; o->size = 512; continue; }
         if (!strcmp(argv[i], "--no-build")) { o->build = 0; continue; }
         if (!strcmp(argv[i], "--grow")) { o->scenes = "grow100,grow1000,grow10000,grow100000,grow1000000,grow10000000"; continue; }
@@ -330,39 +357,44 @@ static int parse(options *o, int argc, char **argv) {
             snprintf(list, sizeof list, "%s", value);
             for (name = strtok(list, ","); name; name = strtok(NULL, ",")) {
                 for (k = 0; k < (int)KNOWN && strcmp(known[k]->name, name); k++) {}
-                if (k == KNOWN) { fprintf(stderr, "kernels: no library is called '%s'\n", name); return 0; }
+                if (k == KNOWN) { fprintf(stderr, "kernels: there is no library %s here; see --help\n", name); return 3; }
                 o->libraries[o->library_count++] = known[k];
             }
-        } else { fprintf(stderr, "kernels: unknown option '%s'\n", argv[i]); return 0; }
+        } else { fprintf(stderr, "kernels: unknown option '%s'; see --help\n", argv[i]); return 3; }
         i++;
     }
     if (!o->library_count) {
         for (k = 0; k < KNOWN; k++) if (!strcmp(known[k]->name, "embree")) o->libraries[o->library_count++] = known[k];
-        for (k = 0; k < KNOWN; k++) if (!strncmp(known[k]->name, "pt", 2) && strcmp(known[k]->name, "pt_best")) o->libraries[o->library_count++] = known[k];
+        for (k = 0; k < KNOWN; k++)
+            if (!strncmp(known[k]->name, "pt", 2) && strcmp(known[k]->name, "pt_best")) o->libraries[o->library_count++] = known[k];
     }
-    return o->runs > 0 && o->runs <= MOST_RUNS && o->size > 0;
+    if (o->runs > 0 && o->runs <= MOST_RUNS && o->size > 0 && o->threads > 0) return 0;
+    fprintf(stderr, "kernels: --runs is 1 to %d, --size and --threads at least 1\n", (int)MOST_RUNS);
+    return 3;
 }
 int main(int argc, char **argv) {
     options o;
     scores total[KNOWN];
     char list[256], *name, *rest = list;
     FILE *csv = NULL;
-    int i, against;
-    if (!parse(&o, argc, argv)) return 2;
+    int i;
+    i = parse(&o, argc, argv);
+    if (i) return i - 1;
     memset(total, 0, sizeof total);
     for (i = 0; i < KNOWN; i++) total[i].worst = 1e9;
-    against = !strcmp(o.libraries[0]->name, "embree") || o.library_count > 1;
-    if (!against) printf("Embree 3 (libembree-dev) is not here: our figures alone\n");
+    if (!is_here("embree")) printf("Embree 3 (libembree-dev) is not here: our figures alone\n");
     if (o.leaks) { count_leaks(&o); return 0; }
-    if (o.csv) csv = fopen(o.csv, "w");
+    if (o.csv && !(csv = fopen(o.csv, "w"))) { fprintf(stderr, "kernels: cannot write %s\n", o.csv); return 1; }
     snprintf(list, sizeof list, "%s", o.scenes);
-    while ((name = strtok_r(rest, ",", &rest)) != NULL) race(&o, name, total, csv);
+    for (i = 0; (name = strtok_r(rest, ",", &rest)) != NULL; ) i += race(&o, name, total, csv);
     if (csv) fclose(csv);
+    if (!i) return 1;                                    /* nothing was raced */
     for (i = 1; i < o.library_count; i++) {
         const scores *t = &total[i];
         if (i > 1 || strcmp(o.libraries[0]->name, "embree"))
-            printf("%s against %s: closest %.2f any %.2f build %.2f memory %.2f, worst %.2f\n", o.libraries[i]->name, o.libraries[0]->name,
-                   score_mean(&t->closest), score_mean(&t->any), score_mean(&t->build), score_mean(&t->memory), t->worst);
+            printf("%s against %s: closest %.2f any %.2f build %.2f memory %.2f, worst %.2f\n", o.libraries[i]->name,
+                   o.libraries[0]->name, score_mean(&t->closest), score_mean(&t->any), score_mean(&t->build),
+                   score_mean(&t->memory), t->worst);
     }
     if (o.library_count > 1 && !strcmp(o.libraries[0]->name, "embree")) {
         const scores *t = &total[1];
