@@ -787,9 +787,11 @@ static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y
 #define PTI_INLINE static inline __attribute__((always_inline))
 #define PTI_AVX2   __attribute__((target("avx2,fma,bmi,lzcnt,popcnt")))
 #define PTI_NOINLINE static __attribute__((noinline))
+#define PTI_FETCH(p) __builtin_prefetch(p)               /* into the cache, for later */
 #else
 #define PTI_INLINE static inline
 #define PTI_NOINLINE static
+#define PTI_FETCH(p) ((void)(p))
 #endif
 
 #if defined(__clang__)
@@ -2859,6 +2861,14 @@ static pti_bounds pti_refit_packet(const pti_geometry *g, pti_packet *p) {
     }
     return box;
 }
+/* Where a packet's triangles lie in memory is anyone's guess: so the places are told before any is waited for. */
+static void pti_refit_fetch(const pti_geometry *g, uint32_t child) {
+    const pti_packet *p = pti_packet_at(&g->bvh, child);
+    const pti_shape *s = g->shapes + pti_find_shape(g, p->prim[0]);
+    int lane;
+    for (lane = 0; lane < PTI_LANES && s->as.mesh.indices; lane++)
+        if (p->prim[lane] - s->first < s->count) PTI_FETCH(s->as.mesh.indices + 3 * (size_t)(p->prim[lane] - s->first));
+}
 static pti_bounds pti_refit_child(pti_refit *r, uint32_t child, int above) {      /* above: levels that no thread has done */
     const pti_geometry *g = r->g;
     pti_bounds whole = pti_bounds_empty(), box;
@@ -2871,6 +2881,7 @@ static pti_bounds pti_refit_child(pti_refit *r, uint32_t child, int above) {    
     }
     if (above == 1) return r->box[r->next++];
     n = pti_node_at(&g->bvh, child);
+    for (k = 0; k < PTI_WIDTH; k++) if (PTI_KIND(n->child[k]) == PTI_LEAF) pti_refit_fetch(g, n->child[k]);
     for (k = 0; k < PTI_WIDTH; k++) {
         if (n->child[k] == PTI_NONE) continue;
         box = pti_refit_child(r, n->child[k], above - 1);
