@@ -5,20 +5,12 @@
 #define PT_IMPLEMENTATION
 #include "../../pt.h"
 #include "efficiency.h"
+#include "noise.h"
 #include "panels.h"
 
 static float *voxels;
 static int N;
 
-static float hashed(int x, int y, int z) { return pti_u01(pti_hash2((uint32_t)x, pti_hash2((uint32_t)y, (uint32_t)z * 3 + 1))); }
-static float noise(float x, float y, float z) {          /* trilinear between lattice values, smoothed: 0 to 1 */
-    int i = (int)floorf(x), j = (int)floorf(y), k = (int)floorf(z), c;
-    float u = x - (float)i, v = y - (float)j, w = z - (float)k, sum = 0;
-    u *= u * (3 - 2 * u); v *= v * (3 - 2 * v); w *= w * (3 - 2 * w);
-    for (c = 0; c < 8; c++)
-        sum += hashed(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)) * (c & 1 ? u : 1 - u) * (c & 2 ? v : 1 - v) * (c & 4 ? w : 1 - w);
-    return sum;
-}
 /* Billows: three balls, their borders worn by noise; dense cores, thin rims. */
 static void grow(void) {
     static const float balls[5][4] = { { .5f, .38f, .5f, .22f }, { .3f, .34f, .5f, .16f }, { .7f, .34f, .55f, .17f }, { .45f, .52f, .45f, .17f },
