@@ -35,7 +35,7 @@ static void grow(void) {
     }
 }
 static const pti_medium *stored;
-static float looked_up(void *user, pt_vec3 p) { (void)user; return pti_grid_density(stored, p); }
+static float looked_up(void *user, pt_vec3 p) { (void)user; return pti_grid_density(stored, 0, p); }
 
 static float sigma;                                      /* 1 / side of the box, at density 1 */
 static pt_scene *cloud(int local, float most) {
