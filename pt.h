@@ -553,8 +553,9 @@ typedef struct pt_stats {
     uint64_t rays, paths;
     uint64_t discarded;                                   /* samples not finite, negative or above 1e12, and those that
                                                              follow: counted as black */
-    uint64_t exceeded;                                    /* samples that met a density above its density_max; the scene's
-                                                             logger hears of the first */
+    uint64_t exceeded;                                    /* samples that met a density above its density_max, or so far below
+                                                             it that a flight of 2^18 looks did not end; the scene's logger
+                                                             hears of the first */
     double seconds;                                       /* inside pt_render_run; 0 with PT_NO_THREADS */
 } pt_stats;
 
@@ -4111,7 +4112,8 @@ static pt_vec3 pti_tracker_virtual(const pti_tracker *k) {      /* the probabili
     return pt_v3(1 - pti_tracker_real(k, s, 0), 1 - pti_tracker_real(k, s, 1), 1 - pti_tracker_real(k, s, 2));
 }
 
-/* Where the hero hits, or tmax. */
+/* Where the hero hits, or tmax. A majorant may be so far above all densities that a flight would take years: it is given up. */
+#define PTI_FLIGHT_HITS 262144
 static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int *exceeded) {
     const pti_medium *m = v->medium;
     float sigma = pti_channel(m->sigma_t, f->hero), tau, p;
@@ -4119,6 +4121,7 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
     pti_aimed aimed;
     pti_span s;
     uint32_t u;
+    int left = PTI_FLIGHT_HITS;
     if (!m->scatters) return tmax;
     if (!pti_medium_tracked(m)) {
         u = pti_flight_draw(f, v);
@@ -4136,6 +4139,7 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
     while (pti_tracker_next(&k)) {
         p = pti_tracker_real(&k, m->sigma_t, f->hero);
         if (k.coin < p) { *exceeded |= k.exceeded; return k.t; }
+        if (!--left) { *exceeded = 1; return tmax; }
         pti_tracker_pass(&k, p);
     }
     *exceeded |= k.exceeded;
@@ -10311,7 +10315,8 @@ PT_DEF void pt_render_cancel(pt_render *r) {
 static void pti_render_warn(pt_render *r, uint64_t exceeded) {
     const pt_logger *l = &r->error.logger;
     if (exceeded && !r->stats.exceeded && l->log)
-        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max; such samples are discarded");
+        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max, or so far below it that flights do not end; such "
+                                       "samples are discarded");
     r->stats.exceeded += exceeded;
 }
 PT_DEF pt_result pt_render_work(pt_render *r) {

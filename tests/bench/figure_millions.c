@@ -9,6 +9,7 @@
 #include "noise.h"
 #include "panels.h"
 #include "timing.h"
+#include "clean.h"
 
 enum { KINDS = 6, SIDE = 640, CELLS_X = 128, CELLS_Y = 16, CELLS_Z = 128 };
 static int quick;
@@ -287,54 +288,22 @@ static pt_scene *wood(void) {
     return committed(s);
 }
 
-/* ---- until it is clean */
-
-static double error_of(const float *a, const float *b, size_t n) {      /* relMSE of (a + b) / 2 */
-    double sum = 0;
-    size_t i;
-    for (i = 0; i < n; i++) {
-        double d = ((double)a[i] - (double)b[i]) / 2, m = ((double)a[i] + (double)b[i]) / 2;
-        sum += d * d / (m * m + 0.01);
-    }
-    return sum / (double)n;
-}
 int main(int argc, char **argv) {
     settings set = settings_of(argc, argv, "millions of triangles in a medium");
-    double start = now(), cpu = processor_seconds(), error = 1, clean = .1 * .1;
-    pt_scene *s;
-    pt_render_desc d = { .width = 640, .height = 400, .spp = 4, .threads = 2, .max_depth = 32,
+    double start = now(), cpu = processor_seconds();
+    pt_render_desc d = { .width = 640, .height = 400, .threads = 2, .max_depth = 32,
         .camera = { .eye = { -1.5f, 2.6f, 0 }, .target = { -2, 4.6f, -40 }, .vfov_deg = 36 } };
-    pt_render *half[2];
-    const float *a, *b;
     float *picture;
-    size_t n, i;
-    int k, spp, more;
+    pt_scene *s;
     quick = set.quick;
     s = wood();
     printf("%.2f million triangles, %.0f million with instances\n", unique_triangles / 1e6, shown_triangles / 1e6);
-    printf("%.1f MB held (%.1f at most while building), made and built in %.2f s (%.2f of the processor)\n", (double)held / 1e6, (double)peak / 1e6,
-           now() - start, processor_seconds() - cpu);
+    printf("%.1f MB held (%.1f at most while building), made and built in %.2f s (%.2f of the processor)\n", (double)held / 1e6,
+           (double)peak / 1e6, now() - start, processor_seconds() - cpu);
     if (quick) { d.width = 240; d.height = 150; }
-    n = (size_t)d.width * (size_t)d.height * 3;
-    picture = (float *)malloc(n * sizeof *picture);
-    for (k = 0; k < 2; k++) { d.seed = (uint64_t)k; half[k] = pt_render_create(s, &d); }
-    printf("%d x %d pixels: samples, seconds, relative error of a pixel\n", d.width, d.height);
-    start = now();
-    for (spp = 2 * d.spp; ; spp += more) {
-        for (k = 0; k < 2; k++) if (pt_render_run(half[k]) != PT_OK) { printf("%s\n", pt_render_error(half[k])); return 1; }
-        a = pt_render_pixels(half[0]); b = pt_render_pixels(half[1]);
-        error = error_of(a, b, n);
-        printf("%6d %8.1f %9.4f\n", spp, now() - start, sqrt(error));
-        fflush(stdout);
-        if (error < clean || spp >= (quick ? 16 : 2048)) break;
-        more = spp < 128 ? spp : 128;
-        for (k = 0; k < 2; k++) pt_render_add_samples(half[k], more / 2);
-    }
-    for (i = 0; i < n; i++) picture[i] = (a[i] + b[i]) / 2;
-    printf("%s after %.1f s\n", error < clean ? "clean" : "not yet clean", now() - start);
+    picture = until_clean(s, d, .1, quick ? 16 : 2048);
     write_panels(&set, "figure_millions", &picture, 1, 1, d.width, d.height, -.35f);
     free(picture);
-    for (k = 0; k < 2; k++) pt_render_destroy(half[k]);
     while (scene_count) pt_scene_destroy(scenes[--scene_count]);
     if (held) printf("%.0f bytes were never freed\n", (double)held);
     return 0;
