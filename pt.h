@@ -263,9 +263,10 @@ typedef struct pt_medium_desc {
                                                              function, and what phase_sample draws with, which may not
                                                              fail. x->wo points back along the path */
     int   (*phase_sample)(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi);
-    const float *grid;                                    /* densities, 0 to 1e12, of the voxel (x, y, z) at grid + (z ny + y) nx + x,
-                                                             over the box that just holds the volume's bounds: turned with
-                                                             it, if that was a turned pt_add_box, placed, if an instance */
+    const float *grid;                                    /* densities, 0 to 1e12, of the voxel (x, y, z) at
+                                                             grid + (z ny + y) nx + x, over the box that just holds the
+                                                             volume's bounds: turned with it, if that was a turned
+                                                             pt_add_box, placed, if an instance */
     int nx, ny, nz;                                       /* voxels, 1 to 4096 each */
     int grid_channels;                                    /* 0 = 1; 3 = densities for red, green and blue: three grids, one after
                                                              the other in memory. They also multiply emission */
@@ -3590,7 +3591,8 @@ static pt_vec3 pti_texture_mean_on_triangle(const pti_texture *t, const float a[
        at a hit in volume k:  sigma_s,k,i F_i / sum_c q_c sigma_t,k,c P_c,       where all pass:  F_i / sum_c q_c P_c.
    F_i is the channel's transmittance, and P_c the probability of having come that far, products over all volumes; with virtual
    hits, of their 1 - sigma_t / mu. They are found by flying again, with the same random numbers. q goes as the throughput
-   so far, so the channels' sum never grows. The same holds where each channel has a grid of its own: then mu bounds all three. A medium that only absorbs is never hit: its P is 1, and light fades.
+   so far, so the channels' sum never grows. The same holds where each channel has a grid of its own: then mu bounds all three.
+   A medium that only absorbs is never hit: its P is 1, and light fades.
 
    Distances have a mixture, too. Near a small lamp light goes as 1 / r^2, which free flights do not know: bright specks. So in
    constant media some flights are drawn, with the share w, by
@@ -4291,8 +4293,10 @@ static pt_vec3 pti_flight_transmittance(const pti_flight *f, float t) {
     while (!pti_is_zero3(T) && (v = pti_visit_next(&visit, t)) != NULL) T = pti_mul(T, pti_volume_transmittance(f, v, t));
     return T;
 }
-/* What glows along the way up to t, where the path got by chance: epsilon at one place, over the density that it was drawn with,
-   times the weight of having come there. Places are drawn as majorants go, so none from where nothing is. */
+/* What glows along the way up to t, where the path got by chance: epsilon at two places, over the density that they were drawn
+   with, times the weight of having come there. Places are drawn as majorants go, so none from where nothing is. (In two fires two
+   have 1.4 and 1.7 times the efficiency of one; four and eight gain no more than they cost.) */
+#define PTI_GLOWS 2
 static float pti_majorant_density(const pti_tracker *k) {
     return k->span.volume->majorants ? *k->majorant : k->medium->varies ? k->medium->density_max : 1.0f;
 }
@@ -4317,14 +4321,13 @@ static float pti_majorant_integral(const pti_flight *f, const pti_volume *v, flo
     }
     return sum;
 }
-static pt_vec3 pti_volume_glow(const pti_flight *f, const pti_volume *v, float t, pt_vec3 q) {
+/* What stands for all of it at one place, where the integral of majorants is so much. */
+static pt_vec3 pti_glow_at(const pti_flight *f, const pti_volume *v, float t, float integral, pt_vec3 q) {
     const pti_medium *m = v->medium;
-    float most, at = -1, all = pti_majorant_integral(f, v, t, FLT_MAX, &at, &most);
-    uint32_t u = pti_hash2(pti_flight_draw(f, v), 0x91e10da5u);
-    pt_vec3 e = pti_scale(m->emission, all);
+    pt_vec3 e = m->emission;
+    float most, at = -1;
     pti_tracker k;
-    if (!(all > 0) || (!m->varies && !m->glow && !f->weigh)) return e;
-    pti_majorant_integral(f, v, t, all * pti_u01(u), &at, &most);
+    pti_majorant_integral(f, v, t, integral, &at, &most);
     pti_tracker_begin(&k, f, v, t);
     k.t = at;
     k.mu = FLT_MAX;
@@ -4332,8 +4335,19 @@ static pt_vec3 pti_volume_glow(const pti_flight *f, const pti_volume *v, float t
         pt_vec3 d = pti_tracker_density(&k);
         e = pti_mul(e, pt_v3(d.x / most, d.y / most, d.z / most));
     }
+    if (pti_is_zero3(e)) return e;
     if (m->glow) e = pti_mul(e, pti_max3(m->glow(m->user, pti_madd(k.span.dir, at, k.span.org)), pt_v3(0, 0, 0)));
     return f->weigh ? pti_mul(e, pti_flight_weight(f, at, NULL, q)) : e;
+}
+static pt_vec3 pti_volume_glow(const pti_flight *f, const pti_volume *v, float t, pt_vec3 q) {
+    const pti_medium *m = v->medium;
+    float most, at, all = pti_majorant_integral(f, v, t, FLT_MAX, &at, &most), u;
+    pt_vec3 sum = pt_v3(0, 0, 0);
+    int i;
+    if (!(all > 0) || (!m->varies && !m->glow && !f->weigh)) return pti_scale(m->emission, all);
+    u = pti_u01(pti_hash2(pti_flight_draw(f, v), 0x91e10da5u));
+    for (i = 0; i < PTI_GLOWS; i++) sum = pti_add(sum, pti_glow_at(f, v, t, all * (((float)i + u) / PTI_GLOWS), q));
+    return pti_scale(sum, all / PTI_GLOWS);
 }
 static pt_vec3 pti_flight_glow(const pti_flight *f, float t, pt_vec3 q) {
     pt_vec3 sum = pt_v3(0, 0, 0);
@@ -7119,8 +7133,8 @@ static int pti_check_grid(pt_scene *s, const pt_medium_desc *d) {
     if (!pti_check(s, d->nx >= 1 && d->nx <= 4096, call, "nx must be 1 to 4096", (float)d->nx)
         || !pti_check(s, d->ny >= 1 && d->ny <= 4096, call, "ny must be 1 to 4096", (float)d->ny)
         || !pti_check(s, d->nz >= 1 && d->nz <= 4096, call, "nz must be 1 to 4096", (float)d->nz)
-        || !pti_check(s, d->grid_channels == 0 || d->grid_channels == 1 || d->grid_channels == 3, call, "grid_channels must be 1 or 3",
-                      (float)d->grid_channels)
+        || !pti_check(s, d->grid_channels == 0 || d->grid_channels == 1 || d->grid_channels == 3, call,
+                      "grid_channels must be 1 or 3", (float)d->grid_channels)
         || !pti_require(s, (uint64_t)d->nx * (uint64_t)d->ny * (uint64_t)d->nz <= SIZE_MAX / 16, call,
                         "more voxels than memory can hold")) return 0;
     n = nx * ny * nz * (d->grid_channels == 3 ? 3 : 1);
@@ -10315,8 +10329,8 @@ PT_DEF void pt_render_cancel(pt_render *r) {
 static void pti_render_warn(pt_render *r, uint64_t exceeded) {
     const pt_logger *l = &r->error.logger;
     if (exceeded && !r->stats.exceeded && l->log)
-        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max, or so far below it that flights do not end; such "
-                                       "samples are discarded");
+        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max, or so far below it that flights do "
+                                       "not end; such samples are discarded");
     r->stats.exceeded += exceeded;
 }
 PT_DEF pt_result pt_render_work(pt_render *r) {
