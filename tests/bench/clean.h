@@ -14,22 +14,22 @@ static double error_of_halves(const float *a, const float *b, size_t n) {      /
     }
     return sum / (double)n;
 }
-/* The pixels are the caller's to free. At most so many samples; d.spp is ignored. */
+/* Seconds are the clock's and the processor's. The pixels are the caller's to free. At most so many samples; d.spp is ignored. */
 static float *until_clean(const pt_scene *s, pt_render_desc d, double clean, int most) {
     size_t i, n = (size_t)d.width * (size_t)d.height * 3;
     float *picture = (float *)malloc(n * sizeof *picture);
-    double start = now(), error = 1;
+    double start = now(), cpu = processor_seconds(), error = 1;
     pt_render *half[2];
     const float *a, *b;
     int k, spp, more;
     d.spp = 4;
     for (k = 0; k < 2; k++) { d.seed = (uint64_t)k; half[k] = pt_render_create(s, &d); }
-    printf("%d x %d pixels: samples, seconds, relative error of a pixel\n", d.width, d.height);
+    printf("%d x %d pixels: samples, seconds, of the processor, relative error of a pixel\n", d.width, d.height);
     for (spp = 8; ; spp += more) {
         for (k = 0; k < 2; k++) if (pt_render_run(half[k]) != PT_OK) { printf("%s\n", pt_render_error(half[k])); exit(1); }
         a = pt_render_pixels(half[0]); b = pt_render_pixels(half[1]);
         error = sqrt(error_of_halves(a, b, n));
-        printf("%6d %8.1f %9.4f\n", spp, now() - start, error);
+        printf("%6d %8.1f %8.1f %9.4f\n", spp, now() - start, processor_seconds() - cpu, error);
         fflush(stdout);
         if (error < clean || spp >= most) break;
         more = spp < 128 ? spp : 128;
@@ -37,7 +37,8 @@ static float *until_clean(const pt_scene *s, pt_render_desc d, double clean, int
     }
     for (i = 0; i < n; i++) picture[i] = (a[i] + b[i]) / 2;
     for (k = 0; k < 2; k++) pt_render_destroy(half[k]);
-    printf("%s after %.1f s\n", error < clean ? "clean" : "not yet clean", now() - start);
+    printf("%s after %.1f s, %.1f of the processor\n", error < clean ? "clean" : "not yet clean", now() - start,
+           processor_seconds() - cpu);
     return picture;
 }
 #endif

@@ -14,7 +14,10 @@
 enum { KINDS = 6, SIDE = 640, CELLS_X = 128, CELLS_Y = 16, CELLS_Z = 128 };
 static int quick;
 static uint32_t state = 20;
-static float uniform(float lo, float hi) { state = state * 1664525u + 1013904223u; return lo + (hi - lo) * (float)(state >> 8) / 16777216; }
+static float uniform(float lo, float hi) {
+    state = state * 1664525u + 1013904223u;
+    return lo + (hi - lo) * (float)(state >> 8) / 16777216;
+}
 
 /* ---- memory, counted */
 
@@ -126,8 +129,10 @@ static plant spruce(float height) {
     plant p;
     float y, reach = height * uniform(.17f, .22f);
     m[0] = pt_add_material(s, &(pt_material_desc){ .color = { .11f, .075f, .05f } });
-    m[1] = pt_add_material(s, &(pt_material_desc){ .color = { uniform(.05f, .09f), uniform(.11f, .15f), .045f }, .translucency = .35f });
-    for (y = 0; y < height; y += .5f) tube(&g, pt_v3(0, y - .3f, 0), pt_v3(0, y + .2f, 0), .016f * (height - y) + .01f, .016f * (height - y) + .003f, 9, 0);
+    m[1] = pt_add_material(s, &(pt_material_desc){ .color = { uniform(.05f, .09f), uniform(.11f, .15f), .045f },
+        .translucency = .35f });
+    for (y = 0; y < height; y += .5f)
+        tube(&g, pt_v3(0, y - .3f, 0), pt_v3(0, y + .2f, 0), .016f * (height - y) + .01f, .016f * (height - y) + .003f, 9, 0);
     for (y = .09f * height; y < .985f * height; y += .42f * (1 - .5f * y / height)) {
         float t = y / height, turn = uniform(0, 7);
         int k, n = 5 + (int)(3 * (1 - t));
@@ -146,9 +151,11 @@ static plant tuft(float height, float spread, int blades, pt_vec3 color) {      
     plant p;
     int i, k;
     for (i = 0; i < blades; i++) {
-        float turn = uniform(0, 2 * PTI_PI), r = spread * sqrtf(uniform(0, 1)), away = uniform(0, 2 * PTI_PI), h = height * uniform(.5f, 1);
+        float turn = uniform(0, 2 * PTI_PI), r = spread * sqrtf(uniform(0, 1)), away = uniform(0, 2 * PTI_PI),
+            h = height * uniform(.5f, 1);
         float bend = uniform(.1f, .5f) * h;
-        pt_vec3 root = pt_v3(r * cosf(turn), 0, r * sinf(turn)), wide = pt_v3(-.006f * sinf(away), 0, .006f * cosf(away)), a[2], b[2];
+        pt_vec3 root = pt_v3(r * cosf(turn), 0, r * sinf(turn)), wide = pt_v3(-.006f * sinf(away), 0, .006f * cosf(away)), a[2],
+            b[2];
         a[0] = pti_sub(root, wide); a[1] = pti_add(root, wide);
         for (k = 1; k <= 4; k++) {
             float t = (float)k / 4;
@@ -189,7 +196,8 @@ static plant stone(float seed) {
 /* ---- the land: a lake at height 0, its bank near by, hills behind it; +z is towards the eye */
 
 static float height_at(float x, float z) {
-    float shore = -58 + 26 * noise_sum(.021f * x + 3, 0, .5f, 3) + .0016f * x * x, far = shore - z, near = z + 9 + 7 * noise_sum(.09f * x + 50, 0, 0, 3);
+    float shore = -58 + 26 * noise_sum(.021f * x + 3, 0, .5f, 3) + .0016f * x * x, far = shore - z,
+        near = z + 9 + 7 * noise_sum(.09f * x + 50, 0, 0, 3);
     float land = far > 0 ? .55f * sqrtf(far) + .00035f * far * far : .09f * far;
     float bank = near > 0 ? .16f * near : .12f * near;
     float side = .12f * (fabsf(x) - 62 - 20 * noise_sum(.03f * z, 2, 0, 3));
@@ -223,7 +231,8 @@ static void add_land(pt_scene *s) {
     free(p); free(i);
 }
 static void place(pt_scene *s, const plant *p, float x, float z, float size, float sink, float lean) {
-    float a = uniform(0, 2 * PTI_PI), c = size * cosf(a), n = size * sinf(a), up = size * uniform(.9f, 1.1f), l = uniform(-lean, lean);
+    float a = uniform(0, 2 * PTI_PI), c = size * cosf(a), n = size * sinf(a), up = size * uniform(.9f, 1.1f),
+        l = uniform(-lean, lean);
     pt_xform m = { { c, l * up, n, x,   0, up, 0, height_at(x, z) - sink * size,   -n, l * up, c, z } };
     pt_add_instance(s, p->scene, &m);
     shown_triangles += (double)p->triangles;
@@ -232,7 +241,8 @@ static float mist[CELLS_X * CELLS_Y * CELLS_Z];
 static void grow_mist(void) {                            /* lies on the water, in wisps */
     int i;
     for (i = 0; i < CELLS_X * CELLS_Y * CELLS_Z; i++) {
-        float x = (float)(i % CELLS_X) / CELLS_X, y = ((float)(i / CELLS_X % CELLS_Y) + .5f) / CELLS_Y, z = (float)(i / CELLS_X / CELLS_Y) / CELLS_Z;
+        float x = (float)(i % CELLS_X) / CELLS_X, y = ((float)(i / CELLS_X % CELLS_Y) + .5f) / CELLS_Y,
+            z = (float)(i / CELLS_X / CELLS_Y) / CELLS_Z;
         float d = expf(-5 * y) * (.55f + 2.2f * noise_sum(9 * x, 3 * y, 7 * z, 4));
         mist[i] = pti_clamp(d - .02f, 0, 1);
     }
@@ -240,20 +250,23 @@ static void grow_mist(void) {                            /* lies on the water, i
 static pt_scene *wood(void) {
     pt_scene *s = empty_scene();
     pt_material none = { 0 }, wood_ = pt_add_material(s, &(pt_material_desc){ .color = { .13f, .09f, .06f } });
-    pt_material water = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_PRINCIPLED, .color = { .004f, .007f, .006f }, .ior = 1.33f });
+    pt_material water = pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_PRINCIPLED, .color = { .004f, .007f, .006f },
+        .ior = 1.33f });
     plant trees[KINDS], grass[3], stones[3];
     pt_light_desc lantern = { .kind = PT_LIGHT_POINT, .radius = .14f, .color = { 110, 58, 18 } };
     int i, k;
     for (i = 0; i < KINDS; i++) trees[i] = spruce(11 + 2.2f * (float)i);
     for (i = 0; i < 3; i++) {
-        grass[i] = i < 2 ? tuft(.32f, .55f, quick ? 300 : 2000, pt_v3(.13f, .15f, .04f)) : tuft(1.7f, .5f, 90, pt_v3(.20f, .17f, .07f));
+        grass[i] = i < 2 ? tuft(.32f, .55f, quick ? 300 : 2000, pt_v3(.13f, .15f, .04f))
+                         : tuft(1.7f, .5f, 90, pt_v3(.20f, .17f, .07f));      /* reed */
         stones[i] = stone(10 * (float)i);
     }
     add_land(s);
     pt_add_quad(s, pt_v3(-330, 0, 30), pt_v3(660, 0, 0), pt_v3(0, 0, -460), water);
     for (i = 0; i < 3600; i++) {                         /* the wood: denser away from the water */
         float x = uniform(-230, 230), z = uniform(-300, -20), h = height_at(x, z);
-        if (h > .9f && noise_sum(.03f * x, 1, .03f * z, 3) > -.02f - .015f * h) place(s, trees + (int)uniform(0, KINDS), x, z, uniform(.55f, 1.15f), .2f, .03f);
+        if (h > .9f && noise_sum(.03f * x, 1, .03f * z, 3) > -.02f - .015f * h)
+            place(s, trees + (int)uniform(0, KINDS), x, z, uniform(.55f, 1.15f), .2f, .03f);
     }
     for (i = 0; i < 5; i++) {                             /* a few before the sun, so that it comes in shafts */
         float x = -22 + 2.9f * (float)i, z = -25 - 2.1f * (float)(i * 2 % 5);
@@ -265,7 +278,8 @@ static pt_scene *wood(void) {
     }
     for (i = 0; i < 9000; i++) {                         /* reeds stand in shallow water */
         float x = uniform(-70, 70), z = uniform(-75, -4), h = height_at(x, z);
-        if (h > -.25f && h < .25f && noise_sum(.1f * x, 4, .1f * z, 2) > .02f) place(s, grass + 2, x, z, uniform(.6f, 1.2f), .1f, .1f);
+        if (h > -.25f && h < .25f && noise_sum(.1f * x, 4, .1f * z, 2) > .02f)
+            place(s, grass + 2, x, z, uniform(.6f, 1.2f), .1f, .1f);
     }
     for (i = 0; i < 900; i++) {
         float x = uniform(-60, 60), z = uniform(-75, 2), h = height_at(x, z);
@@ -273,13 +287,17 @@ static pt_scene *wood(void) {
     }
     for (i = 0; i < 5; i++) {                            /* a jetty, and lanterns along it */
         float z = -13 - 4.5f * (float)i, x = 3.4f + .25f * (float)i;
-        for (k = 0; k < 12; k++) pt_add_box(s, pt_v3(x - .8f, .42f, z + .375f * (float)k), pt_v3(x + .8f, .48f, z + .375f * (float)k + .34f), NULL, wood_);
+        for (k = 0; k < 12; k++) {
+            float plank = z + .375f * (float)k;
+            pt_add_box(s, pt_v3(x - .8f, .42f, plank), pt_v3(x + .8f, .48f, plank + .34f), NULL, wood_);
+        }
         pt_add_box(s, pt_v3(x - .72f, -2, z + .1f), pt_v3(x - .58f, .6f, z + .24f), NULL, wood_);
         pt_add_box(s, pt_v3(x + .58f, -2, z + .1f), pt_v3(x + .72f, 1.9f, z + .24f), NULL, wood_);
         lantern.position = pt_v3(x + .65f, 2.06f, z + .17f);
         pt_add_light(s, &lantern);
     }
-    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SKY, .direction = { .40f, -.34f, .85f }, .color = { .022f, .022f, .022f }, .turbidity = 3 });
+    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SKY, .direction = { .40f, -.34f, .85f }, .color = { .022f, .022f, .022f },
+        .turbidity = 3 });
     grow_mist();
     pt_add_volume(s, pt_add_box(s, pt_v3(-340, -3, -440), pt_v3(340, 70, 40), NULL, none), pt_add_medium(s, &(pt_medium_desc){
         .sigma_s = { .0018f, .0019f, .0021f }, .g = .6f }));

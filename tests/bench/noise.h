@@ -8,13 +8,14 @@ static float noise(float x, float y, float z) {          /* trilinear between la
     float u = x - (float)i, v = y - (float)j, w = z - (float)k, sum = 0;
     u *= u * (3 - 2 * u); v *= v * (3 - 2 * v); w *= w * (3 - 2 * w);
     for (c = 0; c < 8; c++)
-        sum += noise_at(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)) * (c & 1 ? u : 1 - u) * (c & 2 ? v : 1 - v) * (c & 4 ? w : 1 - w);
+        sum += (c & 1 ? u : 1 - u) * (c & 2 ? v : 1 - v) * (c & 4 ? w : 1 - w) * noise_at(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
     return sum;
 }
 static inline float noise_sum(float x, float y, float z, int octaves) {      /* about -1/2 to 1/2 */
     float sum = 0, size = .5f;
     int k;
-    for (k = 0; k < octaves; k++, size *= .5f, x = 2.03f * x + 17, y = 2.03f * y + 5, z = 2.03f * z + 11) sum += size * (noise(x, y, z) - .5f);
+    for (k = 0; k < octaves; k++, size *= .5f, x = 2.03f * x + 17, y = 2.03f * y + 5, z = 2.03f * z + 11)
+        sum += size * (noise(x, y, z) - .5f);
     return sum;
 }
 #endif
