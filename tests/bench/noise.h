@@ -8,7 +8,8 @@ static float noise(float x, float y, float z) {          /* trilinear between la
     float u = x - (float)i, v = y - (float)j, w = z - (float)k, sum = 0;
     u *= u * (3 - 2 * u); v *= v * (3 - 2 * v); w *= w * (3 - 2 * w);
     for (c = 0; c < 8; c++)
-        sum += (c & 1 ? u : 1 - u) * (c & 2 ? v : 1 - v) * (c & 4 ? w : 1 - w) * noise_at(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+        sum += (c & 1 ? u : 1 - u) * (c & 2 ? v : 1 - v) * (c & 4 ? w : 1 - w) *
+               noise_at(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
     return sum;
 }
 static inline float noise_sum(float x, float y, float z, int octaves) {      /* about -1/2 to 1/2 */
