@@ -179,7 +179,7 @@ static void juice(pt_scene *s, pt_render_desc *d) {      /* decimetres */
 /* ---- god rays: a hall, sun through a board of holes */
 
 static void rays(pt_scene *s, pt_render_desc *d) {
-    pt_material wall = matte(s, .45f, .43f, .4f);
+    pt_material wall = matte(s, .24f, .22f, .2f);
     int i, k;
     ground(s, 6, wall);
     pt_add_quad(s, pt_v3(-3, 0, -3), pt_v3(6, 0, 0), pt_v3(0, 4, 0), wall);
@@ -195,10 +195,10 @@ static void rays(pt_scene *s, pt_render_desc *d) {
         pt_add_sphere(s, pt_v3(-1.8f + .9f * (float)i, .34f, -.9f + .5f * (float)(i % 2)), .34f, ball);
     }
     pt_add_volume(s, pt_add_box(s, pt_v3(-3.5f, -.1f, -3.5f), pt_v3(3.5f, 6, 8), NULL, none), pt_add_medium(s, &(pt_medium_desc){
-        .sigma_s = { .045f, .045f, .045f }, .g = .3f }));
-    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .direction = { .42f, -1, .12f }, .color = { 60, 54, 44 },
+        .sigma_s = { .06f, .06f, .06f }, .g = .65f }));
+    pt_add_light(s, &(pt_light_desc){ .kind = PT_LIGHT_SUN, .direction = { .3f, -1, .45f }, .color = { 90, 80, 64 },
         .radius_deg = .4f });
-    pt_add_light(s, &(pt_light_desc){ .color = { .5f, .7f, 1 } });
+    pt_add_light(s, &(pt_light_desc){ .color = { .15f, .22f, .35f } });
     look(d, pt_v3(0, 1.6f, 6.4f), pt_v3(0, 1.75f, 0), 42);
 }
 
