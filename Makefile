@@ -7,7 +7,7 @@ PICTURES = 01_hello 02_glass_and_mirrors 03_instances 04_user_bsdf 05_user_shape
            09_depth_of_field 10_textures 11_materials 12_prism 13_daylight 14_cameras 15_lens_flare 16_motion_blur \
            17_caustic 18_measured 19_media
 FIGURES  = sampling figure_mixture figure_nee figure_plates figure_roulette figure_filters figure_many_lights figure_caustic \
-           figure_guide figure_media figure_march figure_cloud
+           figure_guide figure_media figure_march figure_cloud figure_volumes figure_millions
 TOOLS    = render_obj make_assets
 STB      = $(if $(wildcard /usr/include/stb/stb_image.h),out/stb_texture)
 TESTS    = $(patsubst tests/%.c,out/tests/%.o,$(wildcard tests/test_*.c))

@@ -49,7 +49,7 @@ static pt_render_desc look(int size, int spp) {
 typedef struct march { const pt_scene *scene; float step; int jitter; double lookups; pt_rng rng; } march;
 static float extinction(march *m, pt_vec3 p) {
     m->lookups++;
-    return sigma * pti_grid_density(m->scene->media, pti_xform_point(&m->scene->volumes.all->to_unit, p));
+    return sigma * pti_grid_density(m->scene->media, 0, pti_xform_point(&m->scene->volumes.all->to_unit, p));
 }
 /* Where a ray is inside of the fog: from *from to *to. */
 static void inside(pt_vec3 o, pt_vec3 d, float *from, float *to) {

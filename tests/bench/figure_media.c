@@ -169,8 +169,8 @@ static void transmittances(const settings *set) {
         must_commit(s);
         for (i = 0; i < 1000000; i++) {
             pt_vec3 p = pt_v3(((float)i + 0.5f) * 1e-6f, 0.3f, 0.6f);
-            double density = (double)(d.grid ? pti_grid_density(s->media, p) : functions[k](NULL, p));
-            if (method == 5) density = 0.5 * density + 0.5 * (double)(k == 1 ? pti_grid_density(s->media, p) : 1.0f);
+            double density = (double)(d.grid ? pti_grid_density(s->media, 0, p) : functions[k](NULL, p));
+            if (method == 5) density = 0.5 * density + 0.5 * (double)(k == 1 ? pti_grid_density(s->media, 0, p) : 1.0f);
             tau += 1.5e-6 * density;
         }
         if (!d.grid && k < 2 && method < 5) tau = k ? 0.75 : 1.5;

@@ -14,7 +14,7 @@ static int ascending(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 /* Of n, an odd number. They come out sorted. */
-static double median(double *t, int n) {
+static inline double median(double *t, int n) {
     qsort(t, (size_t)n, sizeof *t, ascending);
     return t[n / 2];
 }
