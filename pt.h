@@ -2083,8 +2083,8 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
    A tree of boxes with up to eight children a node. First a tree of two children a node is built from the top: a range of
    primitives is split where the surface area heuristic says that random rays will meet least,
        cost = area(left) packets(left) + area(right) packets(right)
-   over bins along the three axes (Wald 2007). Then each node takes in the largest of its descendants until it has eight
-   (Wald, Benthin and Boulos 2008). Leaves hold one packet of triangles, or one other object. Triangles that fill little of their
+   over bins along the three axes (Wald 2007). Then nodes of the two are put together to nodes of up to eight, those that rays will
+   meet least. Leaves hold one packet of triangles, or one other object. Triangles that fill little of their
    boxes are cut in pieces, before the tree grows or, for the best quality, as it does.
    Threads share the work, in an order that chance decides, but what each of them does depends on nothing but the range: the
    tree is the same for any number of them. */
@@ -2139,7 +2139,11 @@ typedef struct pti_box { pti_f4 lo, hi; } pti_box;
 typedef struct pti_ref { float lo[3]; uint32_t shape; float hi[3]; uint32_t prim; } pti_ref;       /* prim within its shape */
 #define PTI_MIDDLING 0x40000000u                         /* the bits of 2.0f: combined with shape and prim */
 typedef struct pti_range { size_t begin, end, room; pti_box box, centers; int depth; uint32_t *link; } pti_range;
-typedef struct pti_halves { float lo[3]; uint32_t left; float hi[3]; uint32_t right, middle; } pti_halves;
+typedef struct pti_halves {
+    float lo[3]; uint32_t left;
+    float hi[3]; uint32_t right, middle;
+    float cost[PTI_WIDTH - 1];                           /* see pti_halves_weigh; cost[0] < 0: not yet known */
+} pti_halves;
 typedef struct pti_builder {
     pti_geometry *g;
     int threads, bins, cuts;                             /* cuts: may space be split? */
@@ -2483,16 +2487,51 @@ static void pti_keep_split(pti_builder *b, size_t index, const pti_range *r, pti
     pti_f4_store(corner, r->box.hi); memcpy(split->hi, corner, sizeof split->hi);
     split->left = split->right = 0;
     split->middle = (uint32_t)right->begin;
+    split->cost[0] = -1;
     left->link = &split->left; right->link = &split->right;
     *r->link = (uint32_t)index;
 }
+
+/* Which splits become one wide node? C(n, i), the least area of all wide nodes at and below a split n that takes up to i places
+   in a node above, is
+       C(n, 1) = area(n) + min_k C(left, k) + C(right, 8 - k),
+       C(n, i) = min(C(n, 1), min_k C(left, k) + C(right, i - k)),
+   and 0 for leaves (Ylitie, Karras and Laine 2017): all is known from below. */
+static float pti_forest_cost(const pti_builder *b, uint32_t split, int places) {
+    return split ? b->splits[split].cost[places - 1] : 0.0f;
+}
+static int pti_halves_share(const pti_builder *b, const pti_halves *s, int places, float *cost) {     /* k: the left half's */
+    int k, best = 1;
+    *cost = FLT_MAX;
+    for (k = 1; k < places; k++) {
+        float c = pti_forest_cost(b, s->left, k) + pti_forest_cost(b, s->right, places - k);
+        if (c < *cost) { *cost = c; best = k; }
+    }
+    return best;
+}
+static void pti_halves_weigh(pti_builder *b, uint32_t split) {
+    pti_halves *s = b->splits + split;
+    float x = s->hi[0] - s->lo[0], y = s->hi[1] - s->lo[1], z = s->hi[2] - s->lo[2], cost;
+    int places;
+    if (!split || s->cost[0] >= 0) return;
+    pti_halves_weigh(b, s->left);
+    pti_halves_weigh(b, s->right);
+    pti_halves_share(b, s, PTI_WIDTH, &cost);
+    s->cost[0] = x * y + y * z + z * x + cost;
+    for (places = 2; places < PTI_WIDTH; places++) {
+        pti_halves_share(b, s, places, &cost);
+        s->cost[places - 1] = pti_min(s->cost[0], cost);
+    }
+}
 static void pti_build_range(pti_builder *b, const pti_range *r, size_t *next) {
     pti_range left, right;
+    size_t split = *next;
     if (pti_is_leaf(b, r->begin, r->end)) { b->places[r->begin] = (uint32_t)(r->end - r->begin); return; }
     pti_split_range(b, r, &left, &right);
     pti_keep_split(b, (*next)++, r, &left, &right);
     pti_build_range(b, &left, next);
     pti_build_range(b, &right, next);
+    pti_halves_weigh(b, (uint32_t)split);
 }
 
 /* The upper levels: all ranges of a level side by side, until they are small enough for one thread each. */
@@ -2526,35 +2565,34 @@ static void pti_build_splits(pti_builder *b, const pti_range *all) {
         b->task_count += large;
     }
     pti_parallel(b->threads, pti_build_task, b, b->task_count);
+    pti_halves_weigh(b, b->top);
 }
 
 /* What becomes a child of a wide node. */
 typedef struct pti_branch { size_t begin, end; uint32_t split; float area; } pti_branch;
-static pti_branch pti_branch_make(const pti_builder *b, size_t begin, size_t end, uint32_t split) {
+static pti_branch pti_branch_make(size_t begin, size_t end, uint32_t split) {
     pti_branch p;
-    p.begin = begin; p.end = end; p.split = split; p.area = -1;
-    if (split) {
-        const pti_halves *s = b->splits + split;
-        float x = s->hi[0] - s->lo[0], y = s->hi[1] - s->lo[1], z = s->hi[2] - s->lo[2];
-        p.area = x * y + y * z + z * x;
-    }
+    p.begin = begin; p.end = end; p.split = split; p.area = 0;
     return p;
 }
-/* Opens the largest child until there are eight, or only leaves. Returns how many there are. */
-static int pti_open_branch(const pti_builder *b, const pti_branch *whole, pti_branch part[PTI_WIDTH]) {
-    int count = 1, k, pick;
-    part[0] = *whole;
-    while (count < PTI_WIDTH) {
-        const pti_halves *s;
-        pti_branch p;
-        for (k = 0, pick = 0; k < count; k++) if (part[k].area > part[pick].area) pick = k;
-        if (!part[pick].split) break;
-        p = part[pick];
-        s = b->splits + p.split;
-        part[pick] = pti_branch_make(b, p.begin, s->middle, s->left);
-        part[count++] = pti_branch_make(b, s->middle, p.end, s->right);
-    }
-    return count;
+static int pti_open_halves(const pti_builder *b, const pti_branch *p, int k, int places, pti_branch *part);
+static int pti_open_branch(const pti_builder *b, const pti_branch *p, int places, pti_branch *part) {       /* returns how many */
+    float cost;
+    int k;
+    *part = *p;
+    if (!p->split || places == 1) return 1;
+    k = pti_halves_share(b, b->splits + p->split, places, &cost);
+    return b->splits[p->split].cost[0] <= cost ? 1 : pti_open_halves(b, p, k, places, part);
+}
+static int pti_open_halves(const pti_builder *b, const pti_branch *p, int k, int places, pti_branch *part) {
+    const pti_halves *s = b->splits + p->split;
+    pti_branch left = pti_branch_make(p->begin, s->middle, s->left), right = pti_branch_make(s->middle, p->end, s->right);
+    int count = pti_open_branch(b, &left, k, part);
+    return count + pti_open_branch(b, &right, places - k, part + count);
+}
+static int pti_open_node(const pti_builder *b, const pti_branch *p, pti_branch part[PTI_WIDTH]) {
+    float cost;
+    return pti_open_halves(b, p, pti_halves_share(b, b->splits + p->split, PTI_WIDTH, &cost), PTI_WIDTH, part);
 }
 static void pti_branch_box(const pti_builder *b, const pti_branch *p, pti_bounds *box) {
     size_t i;
@@ -2640,7 +2678,7 @@ static uint32_t pti_lay_out(pti_builder *b, const pti_branch *p, size_t *used, p
         else if (rest->count < PTI_PLACES) { rest->place[rest->count++].whole = *p; return PTI_NONE; }
     }
     *used += PTI_NODE_BLOCKS;
-    count = pti_open_branch(b, p, part);
+    count = pti_open_node(b, p, part);
     if (b->g->bvh.blocks || rest) pti_order_branches(b, part, box, count);
     if (b->g->bvh.blocks) {
         n = pti_node_at(&b->g->bvh, at);
@@ -2817,7 +2855,7 @@ static void pti_bvh_free(pti_bvh *bvh, const pt_allocator *a) {
 }
 static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
     pti_bvh *bvh = &b->g->bvh;
-    pti_branch whole = pti_branch_make(b, 0, b->room, b->top);
+    pti_branch whole = pti_branch_make(0, b->room, b->top);
     pti_places *rest = (pti_places *)pti_alloc(a, 1, sizeof *rest);
     size_t used = 0, i;
     if (!rest) return 0;
