@@ -2497,14 +2497,16 @@ static void pti_keep_split(pti_builder *b, size_t index, const pti_range *r, pti
        C(n, 1) = area(n) + min_k C(left, k) + C(right, 8 - k),
        C(n, i) = min(C(n, 1), min_k C(left, k) + C(right, i - k)),
    and 0 for leaves (Ylitie, Karras and Laine 2017): all is known from below. */
-static float pti_forest_cost(const pti_builder *b, uint32_t split, int places) {
-    return split ? b->splits[split].cost[places - 1] : 0.0f;
+static const float *pti_costs(const pti_builder *b, uint32_t split) {
+    static const float none[PTI_WIDTH - 1] = { 0, 0, 0, 0, 0, 0, 0 };
+    return split ? b->splits[split].cost : none;
 }
 static int pti_halves_share(const pti_builder *b, const pti_halves *s, int places, float *cost) {     /* k: the left half's */
+    const float *left = pti_costs(b, s->left), *right = pti_costs(b, s->right);
     int k, best = 1;
-    *cost = FLT_MAX;
-    for (k = 1; k < places; k++) {
-        float c = pti_forest_cost(b, s->left, k) + pti_forest_cost(b, s->right, places - k);
+    *cost = left[0] + right[places - 2];
+    for (k = 2; k < places; k++) {
+        float c = left[k - 1] + right[places - k - 1];
         if (c < *cost) { *cost = c; best = k; }
     }
     return best;
