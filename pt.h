@@ -2771,8 +2771,11 @@ static void pti_collect_slice(void *user, size_t slice) {
 static void pti_collect(pti_builder *b) {
     size_t i, slices = ((size_t)b->g->prim_count + PTI_SLICE - 1) / PTI_SLICE;
     pti_parallel(b->threads, pti_collect_slice, b, slices);
-    for (i = 0; i < b->g->prim_count; i++)
-        if (b->refs[i].lo[0] <= b->refs[i].hi[0]) b->refs[b->count++] = b->refs[i];
+    for (i = 0; i < b->g->prim_count; i++) {
+        if (!(b->refs[i].lo[0] <= b->refs[i].hi[0])) continue;
+        if (b->count < i) b->refs[b->count] = b->refs[i];
+        b->count++;
+    }
 }
 
 /* Large slanted triangles fill little of their boxes. They are cut into pieces with boxes of their own before the tree is built
