@@ -4050,6 +4050,12 @@ typedef struct pti_span {
 #define PTI_AIMS 4
 #define PTI_AIM_SHARE 0.35f                              /* w, at most: on four scenes 0.25 to 0.5 were hardly worse */
 typedef struct pti_aim { float at, distance, power; } pti_aim;       /* a lamp: t_k, D_k, Phi_k / (4 pi) */
+/* e in one volume, on the one stretch there is. */
+typedef struct pti_aimed {
+    float share, from, to;                               /* w */
+    double sum, angle[PTI_AIMS], first[PTI_AIMS];        /* the integral; of each lamp, what it sees of the stretch, from where */
+    float weight[PTI_AIMS];                              /* Phi_k, dimmed by the way to where it is nearest */
+} pti_aimed;
 typedef struct pti_flight {                              /* a ray of unit length through all volumes */
     const pti_volumes *volumes;
     pti_trace_function *trace;
@@ -4063,6 +4069,9 @@ typedef struct pti_flight {                              /* a ray of unit length
     pti_aim aims[PTI_AIMS];
     float end, sky;                                      /* the nearest surface; fluence from the sky */
     int weigh;                                           /* are there weights? */
+    const struct pti_volume *aimed_in;                   /* where `aimed` was last asked for, */
+    int is_aimed;                                        /* and the answer */
+    pti_aimed aimed;
 } pti_flight;
 
 static void pti_span_begin(pti_span *s, const pti_flight *f, const pti_volume *v, float tmax) {
@@ -4169,12 +4178,6 @@ static uint32_t pti_flight_draw(const pti_flight *f, const pti_volume *v) {
 }
 static float pti_exponential(float u) { return -pti_log(1 - u); }
 
-/* e in one volume, on the one stretch there is. */
-typedef struct pti_aimed {
-    float share, from, to;                               /* w */
-    double sum, angle[PTI_AIMS], first[PTI_AIMS];        /* the integral; of each lamp, what it sees of the stretch, from where */
-    float weight[PTI_AIMS];                              /* Phi_k, dimmed by the way to where it is nearest */
-} pti_aimed;
 /* 0: w is 0. It is the lamps' part of what light is there, less where they are so far off the ray, in mean free paths, that
    1 / r^2 hardly changes within one. */
 static int pti_volume_aim(const pti_flight *f, const pti_volume *v, pti_aimed *a) {
@@ -4376,16 +4379,17 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
     const pti_medium *m = v->medium;
     float sigma = pti_channel(m->sigma_t, f->hero), tau, p;
     pti_tracker k;
-    pti_aimed aimed;
     pti_span s;
     uint32_t u;
     int left = PTI_FLIGHT_HITS;
     if (!m->scatters) return tmax;
     if (!pti_medium_tracked(m)) {
         u = pti_flight_draw(f, v);
-        if (pti_volume_aim(f, v, &aimed)) {
+        f->aimed_in = v;
+        f->is_aimed = pti_volume_aim(f, v, &f->aimed);
+        if (f->is_aimed) {
             f->weigh = 1;
-            if (pti_split(&u, aimed.share)) return pti_min(pti_aimed_sample(f, &aimed, u), tmax);
+            if (pti_split(&u, f->aimed.share)) return pti_min(pti_aimed_sample(f, &f->aimed, u), tmax);
         }
         if (!(sigma > 0)) return tmax;
         pti_span_begin(&s, f, v, tmax);
@@ -4417,15 +4421,20 @@ static pt_vec3 pti_density_at(const pti_flight *f, const pti_volume *v, float t)
     k.mu = FLT_MAX;
     return pti_tracker_density(&k);
 }
+static pt_vec3 pti_exp3(pt_vec3 x) {                     /* of greys, once; of 0, not at all */
+    float e = x.x == 0 ? 1.0f : pti_exp(x.x);
+    return pt_v3(e, x.y == x.x ? e : pti_exp(x.y), x.z == x.x ? e : pti_exp(x.z));
+}
 /* F_i and P_c up to t, or of a hit at t, over the hero's transmittance, which is never 0 where it has been: *F and *P are
    multiplied. */
 static void pti_volume_weigh(const pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 *F, pt_vec3 *P) {
     const pti_medium *m = v->medium;
     float length, hero = m->scatters ? pti_channel(m->sigma_t, f->hero) : 0.0f, p;
-    pti_aimed aimed;
+    pti_aimed again;
+    const pti_aimed *aimed = f->aimed_in == v ? &f->aimed : &again;
     pti_tracker k;
     pt_vec3 r;
-    int aims = pti_volume_aim(f, v, &aimed);
+    int aims = f->aimed_in == v ? f->is_aimed : pti_volume_aim(f, v, &again);
     if (hit) *F = pti_mul(*F, m->sigma_s);
     if (hit && !aims) *P = pti_mul(*P, m->sigma_t);
     if (hit && m->channels == 3) {                       /* else the density is in both alike */
@@ -4436,11 +4445,10 @@ static void pti_volume_weigh(const pti_flight *f, const pti_volume *v, float t, 
     if (!pti_medium_weighs(m) && !aims) return;
     if (!pti_medium_tracked(m)) {
         length = pti_span_length(f, v, t);
-        r.x = pti_exp(pti_min((hero - m->sigma_t.x) * length, 80));
-        r.y = pti_exp(pti_min((hero - m->sigma_t.y) * length, 80));
-        r.z = pti_exp(pti_min((hero - m->sigma_t.z) * length, 80));
+        r = pti_exp3(pt_v3(pti_min((hero - m->sigma_t.x) * length, 80), pti_min((hero - m->sigma_t.y) * length, 80),
+                           pti_min((hero - m->sigma_t.z) * length, 80)));
         *F = pti_mul(*F, r);
-        if (aims) *P = pti_mul(*P, pti_aimed_density(f, &aimed, m, t, hit, r, pti_exp(pti_min(hero * length, 80))));
+        if (aims) *P = pti_mul(*P, pti_aimed_density(f, aimed, m, t, hit, r, pti_exp(pti_min(hero * length, 80))));
         else if (m->scatters) *P = pti_mul(*P, r);
         return;
     }
@@ -4463,7 +4471,7 @@ static pt_vec3 pti_volume_transmittance(const pti_flight *f, const pti_volume *v
     float length;
     if (!pti_medium_tracked(m)) {
         length = pti_span_length(f, v, t);
-        return pt_v3(pti_exp(-m->sigma_t.x * length), pti_exp(-m->sigma_t.y * length), pti_exp(-m->sigma_t.z * length));
+        return pti_exp3(pti_scale(m->sigma_t, -length));
     }
     pti_tracker_begin(&k, f, v, t);
     while (pti_tracker_next(&k) && pti_largest(T) > 0)
@@ -9602,6 +9610,7 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     f.index = sampler->index;
     f.hero = 0;
     f.aim_count = 0;
+    f.aimed_in = NULL;
     if (volumes->aim && t->scene->lights.count) pti_path_aim(t, &f, at);
     c->exceeded = 0;
     pti_path_see(t, &f, at, m != NULL, c);
