@@ -2331,7 +2331,12 @@ static void pti_ref_clip(pti_ref *r, const pt_vec3 v[3], int axis, float lo, flo
    end. Other objects are not cut: each is where its centre is. */
 #define PTI_CUTS 16
 #define PTI_OVERLAP 1e-3f                                /* of the area of all: where there is less, trees get no better */
-typedef struct pti_cuts { pti_box box[PTI_CUTS]; uint32_t first[PTI_CUTS], last[PTI_CUTS]; int axis; float lo, step, scale; } pti_cuts;
+typedef struct pti_cuts {
+    pti_box box[PTI_CUTS];
+    uint32_t first[PTI_CUTS], last[PTI_CUTS];
+    int axis;
+    float lo, step, scale;
+} pti_cuts;
 static void pti_cuts_layout(pti_cuts *c, const pti_range *r, int axis) {
     float lo[4], hi[4];
     int k;
@@ -2365,8 +2370,9 @@ static void pti_cuts_fill(pti_cuts *c, const pti_builder *b, const pti_range *r)
         if (first == last) { pti_box_merge(&c->box[first], pti_f4_load(ref->lo), pti_f4_load(ref->hi)); continue; }
         pti_ref_triangle(b, ref, v);
         for (k = first; k <= last; k++) {
+            float from = k > first ? pti_cuts_plane(c, k) : -FLT_MAX, to = k < last ? pti_cuts_plane(c, k + 1) : FLT_MAX;
             pti_ref piece = *ref;
-            pti_ref_clip(&piece, v, c->axis, k > first ? pti_cuts_plane(c, k) : -FLT_MAX, k < last ? pti_cuts_plane(c, k + 1) : FLT_MAX);
+            pti_ref_clip(&piece, v, c->axis, from, to);
             if (!pti_ref_is_empty(&piece)) pti_box_merge(&c->box[k], pti_f4_load(piece.lo), pti_f4_load(piece.hi));
         }
     }
@@ -2426,7 +2432,8 @@ static int pti_partition_space(pti_builder *b, const pti_range *r, const pti_cut
     return 1;
 }
 /* The best plane, if it is cheaper than `best` and the halves of the best object split overlap. */
-static int pti_find_cut(const pti_builder *b, const pti_range *r, const pti_bins *bins, int axis, int at, float best, pti_cuts *out) {
+static int pti_find_cut(const pti_builder *b, const pti_range *r, const pti_bins *bins, int axis, int at, float best,
+                        pti_cuts *out) {
     pti_box left, right;
     pti_cuts c;
     int k, cut = 0;
@@ -5979,9 +5986,9 @@ static int pti_emitter_in_cone(const pti_emitter *e, pt_vec3 p, pt_vec3 wi, floa
 static float pti_emitter_pdf_area(const pti_emitter *e, pt_vec3 wi, float d) {
     return d * d / (pti_emitter_area(e) * fabsf(pti_dot(wi, e->n)) + 1e-30f);
 }
-/* Draws wi, and returns its density, or 0. A direction is made of floats: on the rim, rounding takes some to where the density is 0.
-   Those are lost; were they kept, what they find would count 1 / p_bsdf instead of S. That is a bias, and the price of floats: nothing
-   to see on most emitters, percents of the light of one thinner than 1e-5 rad. */
+/* Draws wi, and returns its density, or 0. A direction is made of floats: on the rim, rounding takes some to where the density
+   is 0. Those are lost; were they kept, what they find would count 1 / p_bsdf instead of S. That is a bias, and the price of
+   floats: nothing to see on most emitters, percents of the light of one thinner than 1e-5 rad. */
 static float pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
     pt_vec3 c[3], axis;
     pti_rect_frame frame;
