@@ -88,19 +88,18 @@ typedef struct result { double error, spread, seconds; } result;    /* relMSE, a
    (but for one round). The reference is the caller's to free. */
 static float *results(const race *g, const char *name, int side, result *e) {
     char path[1024], line[256], a[64], b[64];
-    float *r, *x;
+    float *r = NULL, *x;
     double cpu, wall, error, squares = 0;
     int seed, rounds = 0;
     FILE *f;
     memset(e, 0, sizeof *e);
-    snprintf(path, sizeof path, "out/reference/%s%s_%dx%d_%d.pfm", name, side ? "_cycles" : "", g->size, g->size,
-             g->reference);
-    r = picture(g, path);
     snprintf(path, sizeof path, "%s/seconds.csv", g->out);
-    f = r ? fopen(path, "r") : NULL;
+    f = fopen(path, "r");
     while (f && fgets(line, sizeof line, f)) {
         if (sscanf(line, "%63[^,],%63[^,],%d,%lf,%lf", a, b, &seed, &cpu, &wall) != 5) continue;
         if (strcmp(a, name) || strcmp(b, sides[side])) continue;
+        snprintf(path, sizeof path, "out/reference/%s%s_%dx%d_%d.pfm", name, side ? "_cycles" : "", g->size, g->size, g->reference);
+        if (!r && !(r = picture(g, path))) break;
         snprintf(path, sizeof path, "%s/%s_%s_%d.pfm", g->out, name, sides[side], seed);
         x = picture(g, path);
         if (!x) continue;
