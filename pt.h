@@ -2150,7 +2150,9 @@ typedef struct pti_builder {
     float area;                                          /* half of that of all */
     pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
     pti_halves *splits;
-    uint32_t *places;                                    /* at a leaf's first primitive, how many it has; then pti_place_packet */
+    int wastes;                                          /* are triangles' wastes wanted? see pti_waste */
+    uint32_t *places;                                    /* those; then at a leaf's first primitive, how many it has; then
+                                                            pti_place_packet */
     pti_range *tasks;    size_t task_count;
     uint32_t top;                                        /* the split of all */
 } pti_builder;
@@ -2751,6 +2753,16 @@ static uint32_t pti_find_shape(const pti_geometry *g, uint32_t prim) {
     }
     return (uint32_t)lo;
 }
+/* Large slanted triangles fill little of their boxes. They are cut into pieces with boxes of their own before the tree is built
+   (Ernst and Greiner 2007): each piece still means the whole triangle. What a box of half area A wastes around edges e1 and e2,
+       w = A - |e1 x e2|_1    (0 for a parallelogram's half that lies along the axes),
+   k pieces make w / k; for a given number of pieces in all, the sum is least with k proportional to sqrt(w). Only what stands
+   out is worth it: k = sqrt(w) / reach, rounded down, and reach is twice the mean of sqrt(w), more if room is scarce. So
+   meshes of like triangles stay whole. */
+static float pti_waste(const pti_bounds *box, pt_vec3 c) {           /* sqrt(w); c = e1 x e2 */
+    float waste = pti_bounds_area(box) - (fabsf(c.x) + fabsf(c.y) + fabsf(c.z));
+    return waste > 0 && waste <= FLT_MAX ? sqrtf(waste) : 0.0f;
+}
 /* A slice of all primitives. What can not be hit, triangles without area and mere bounds of volumes, gets an empty box. */
 static void pti_collect_slice(void *user, size_t slice) {
     pti_builder *b = (pti_builder *)user;
@@ -2763,12 +2775,14 @@ static void pti_collect_slice(void *user, size_t slice) {
         while (i - s->first >= s->count) s++;
         if (s->bounds_only) box = pti_bounds_empty();
         else if (s->kind == PTI_MESH) {
-            pt_vec3 v[3];
+            pt_vec3 v[3], c;
             pti_mesh_triangle(&s->as.mesh, i - s->first, v);
             box = pti_bounds_empty();
-            if (!pti_is_zero3(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0])))) {
+            c = pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0]));
+            if (!pti_is_zero3(c)) {
                 box.lo = pti_min3(v[0], pti_min3(v[1], v[2]));
                 box.hi = pti_max3(v[0], pti_max3(v[1], v[2]));
+                if (b->wastes) ((float *)(void *)b->places)[i] = pti_waste(&box, c);
             }
         } else box = pti_shape_bounds(s, 0, s->kind == PTI_INSTANCE ? &s->as.instance.of->bvh.bounds : NULL);
         r->lo[0] = box.lo.x; r->lo[1] = box.lo.y; r->lo[2] = box.lo.z; r->shape = (uint32_t)(s - g->shapes) ^ PTI_MIDDLING;
@@ -2780,31 +2794,11 @@ static void pti_collect(pti_builder *b) {
     pti_parallel(b->threads, pti_collect_slice, b, slices);
     for (i = 0; i < b->g->prim_count; i++) {
         if (!(b->refs[i].lo[0] <= b->refs[i].hi[0])) continue;
-        if (b->count < i) b->refs[b->count] = b->refs[i];
+        if (b->count < i) { b->refs[b->count] = b->refs[i]; b->places[b->count] = b->places[i]; }
         b->count++;
     }
 }
 
-/* Large slanted triangles fill little of their boxes. They are cut into pieces with boxes of their own before the tree is built
-   (Ernst and Greiner 2007): each piece still means the whole triangle. What a box of half area A wastes,
-       w = A - |e1 x e2|_1    (0 for a parallelogram's half that lies along the axes),
-   k pieces make w / k; for a given number of pieces in all, the sum is least with k proportional to sqrt(w). Only what stands
-   out is worth it: k = sqrt(w) / reach, rounded down, and reach is twice the mean of sqrt(w), more if room is scarce. So
-   meshes of like triangles stay whole. */
-static float pti_ref_waste(const pti_builder *b, const pti_ref *r) {
-    float x = r->hi[0] - r->lo[0], y = r->hi[1] - r->lo[1], z = r->hi[2] - r->lo[2], waste;
-    pt_vec3 v[3], c;
-    if (pti_ref_shape(b, r)->kind != PTI_MESH) return 0;
-    pti_ref_triangle(b, r, v);
-    c = pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0]));
-    waste = x * y + y * z + z * x - (fabsf(c.x) + fabsf(c.y) + fabsf(c.z));
-    return waste > 0 && waste <= FLT_MAX ? sqrtf(waste) : 0.0f;
-}
-static void pti_waste_slice(void *user, size_t slice) {  /* kept where the places will be */
-    pti_builder *b = (pti_builder *)user;
-    size_t i = slice * PTI_SLICE, end = i + PTI_SLICE < b->count ? i + PTI_SLICE : b->count;
-    for (; i < end; i++) ((float *)(void *)b->places)[i] = pti_ref_waste(b, b->refs + i);
-}
 static float pti_ref_axis(const pti_ref *r, int k) { return r->hi[k] - r->lo[k]; }
 static void pti_ref_cut(pti_builder *b, size_t at, int pieces, const pt_vec3 v[3]) {
     pti_ref *r = b->refs + at, *other = b->refs + b->count;
@@ -2835,7 +2829,6 @@ static void pti_cut_refs(pti_builder *b) {
     size_t i, whole = b->count;
     double sum = 0;
     float reach;
-    pti_parallel(b->threads, pti_waste_slice, b, (whole + PTI_SLICE - 1) / PTI_SLICE);
     for (i = 0; i < whole; i++) sum += (double)waste[i];
     reach = (float)(sum / (double)whole) * 2;
     b->cuts = b->cuts && reach > 0 && pti_pieces_more(b, waste, reach) > whole / PTI_STAND_OUT;
@@ -2848,7 +2841,7 @@ static void pti_cut_refs(pti_builder *b) {
             pti_ref_cut(b, i, pti_pieces(waste[i], reach), v);
         }
     }
-    memset(b->places, 0, whole * sizeof *b->places);
+    memset(b->places, 0, b->g->prim_count * sizeof *b->places);
 }
 static int pti_shrink(const pt_allocator *a, void **array, size_t count, size_t *capacity, size_t size) {
     void *p;
@@ -2982,6 +2975,7 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
     fine = b.refs && b.splits && b.places;
     g->bvh.root = PTI_NONE;
     g->bvh.bounds = pti_bounds_empty();
+    b.wastes = per_piece > 0;
     if (fine) pti_collect(&b);
     g->bvh.left_out = g->prim_count - (uint32_t)b.count;
     b.cuts = pti_qualities[quality].cuts;
