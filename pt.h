@@ -4030,11 +4030,14 @@ typedef struct pti_volume {
 #define PTI_HALO_SHARE 0.4f                              /* of the mixture, at most */
 typedef struct pti_halo { pt_vec3 p; float power, sigma; } pti_halo;     /* a lamp in a medium: see pti_halo_pdf */
 typedef struct pti_halos { int count; pti_halo lamp[PTI_HALOS]; } pti_halos;
+#define PTI_AIMS 4                                       /* lamps that a flight is aimed at */
+typedef struct pti_lamp { pt_vec3 p; float radius, power; } pti_lamp;    /* its middle, half its diagonal, Phi / pi */
 typedef struct pti_volumes {
     pti_volume *all;  size_t count, capacity, unbounded; /* those everywhere come first */
     pti_geometry tree;                                   /* of the others' boxes in the world */
     int weigh, chromatic, emit, aim;                     /* does any of them? */
     float least;                                         /* extinction of those that aim */
+    pti_lamp lamps[PTI_AIMS];                            /* all there are, if they are so few */
     pti_halos halos;
 } pti_volumes;
 
@@ -4048,12 +4051,11 @@ typedef struct pti_span {
     float from, to;                                      /* the present one; before the first: 0, 0 */
     int last;                                            /* no more to come */
 } pti_span;
-#define PTI_AIMS 4
 #define PTI_AIM_SHARE 0.35f                              /* w, at most: on four scenes 0.25 to 0.5 were hardly worse */
 typedef struct pti_aim { float at, distance, power; } pti_aim;       /* a lamp: t_k, D_k, Phi_k / (4 pi) */
 /* e in one volume, on the one stretch there is. */
 typedef struct pti_aimed {
-    float share, from, to;                               /* w */
+    float share, from, to;                               /* w; the stretch, empty if there is none */
     double sum, angle[PTI_AIMS], first[PTI_AIMS];        /* the integral; of each lamp, what it sees of the stretch, from where */
     float weight[PTI_AIMS];                              /* Phi_k, dimmed by the way to where it is nearest */
 } pti_aimed;
@@ -4070,8 +4072,8 @@ typedef struct pti_flight {                              /* a ray of unit length
     pti_aim aims[PTI_AIMS];
     float end, sky;                                      /* the nearest surface; fluence from the sky */
     int weigh;                                           /* are there weights? */
-    const struct pti_volume *aimed_in;                   /* where `aimed` was last asked for, */
-    int is_aimed;                                        /* and the answer */
+    const struct pti_volume *aimed_in;                   /* whose stretch up to `end` `aimed` has, */
+    int is_aimed;                                        /* and whether w > 0 */
     pti_aimed aimed;
 } pti_flight;
 
@@ -4162,6 +4164,7 @@ static int pti_span_next(pti_span *s) {
 static float pti_span_length(const pti_flight *f, const pti_volume *v, float t) {
     pti_span s;
     float sum = 0;
+    if (f->aimed_in == v) return pti_max(pti_min(f->aimed.to, t) - f->aimed.from, 0);
     pti_span_begin(&s, f, v, t);
     while (pti_span_next(&s)) sum += s.to - s.from;
     return sum;
@@ -4181,33 +4184,39 @@ static float pti_exponential(float u) { return -pti_log(1 - u); }
 
 /* 0: w is 0. It is the lamps' part of what light is there, less where they are so far off the ray, in mean free paths, that
    1 / r^2 hardly changes within one. */
-static int pti_volume_aim(const pti_flight *f, const pti_volume *v, pti_aimed *a) {
-    const pti_medium *m = v->medium;
-    float sigma = pti_luminance(m->sigma_t), length, near_t, r, sky;
+static int pti_aimed_weigh(const pti_flight *f, const pti_volume *v, pti_aimed *a) {
+    float sigma = pti_luminance(v->medium->sigma_t), length, near_t, r, sky;
     double part, keen = 0;
-    pti_span s;
     int k;
-    if (!f->aim_count || v->kind == PTI_IN_CLOSED || !m->scatters || pti_medium_tracked(m)) return 0;
-    pti_span_begin(&s, f, v, f->end);
-    if (!pti_span_next(&s)) return 0;
-    a->from = s.from; a->to = s.to;
     a->sum = 0;
     for (k = 0; k < f->aim_count; k++) {
         const pti_aim *aim = f->aims + k;
-        near_t = pti_clamp(aim->at, s.from, s.to);
+        near_t = pti_clamp(aim->at, a->from, a->to);
         r = (near_t - aim->at) * (near_t - aim->at) + aim->distance * aim->distance;
-        a->weight[k] = aim->power * pti_exp(-sigma * (near_t - s.from));
-        a->first[k] = pti_atan2_double((double)s.from - (double)aim->at, (double)aim->distance);
-        a->angle[k] = pti_atan2_double((double)s.to - (double)aim->at, (double)aim->distance) - a->first[k];
+        a->weight[k] = aim->power * pti_exp(-sigma * (near_t - a->from));
+        a->first[k] = pti_atan2_double((double)a->from - (double)aim->at, (double)aim->distance);
+        a->angle[k] = pti_atan2_double((double)a->to - (double)aim->at, (double)aim->distance) - a->first[k];
         part = (double)a->weight[k] * a->angle[k] / (double)aim->distance;
         a->sum += part;
         keen += part / (double)(1 + sigma * sigma * r);
     }
-    length = s.to - s.from;
+    length = a->to - a->from;
     sky = f->sky * (sigma > 0 ? (1 - pti_exp(-sigma * length)) / sigma : length);
     if (!(a->sum > 1e-30 && a->sum < 1e30)) return 0;
     a->share = PTI_AIM_SHARE * (float)(keen / (a->sum + (double)sky));
     return a->share > 0.02f;
+}
+/* Sets f->aimed, where there is one stretch at most. */
+static void pti_flight_aim(pti_flight *f, const pti_volume *v) {
+    pti_span s;
+    if (f->aimed_in == v || v->kind == PTI_IN_CLOSED || pti_medium_tracked(v->medium)) return;
+    f->aimed_in = v;
+    f->is_aimed = 0;
+    f->aimed.from = f->aimed.to = 0;
+    pti_span_begin(&s, f, v, f->end);
+    if (!pti_span_next(&s)) return;
+    f->aimed.from = s.from; f->aimed.to = s.to;
+    f->is_aimed = f->aim_count && v->medium->scatters && pti_aimed_weigh(f, v, &f->aimed);
 }
 static float pti_aimed_pdf(const pti_flight *f, const pti_aimed *a, float t) {
     double sum = 0;
@@ -4386,15 +4395,16 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
     if (!m->scatters) return tmax;
     if (!pti_medium_tracked(m)) {
         u = pti_flight_draw(f, v);
-        f->aimed_in = v;
-        f->is_aimed = pti_volume_aim(f, v, &f->aimed);
-        if (f->is_aimed) {
+        pti_flight_aim(f, v);
+        if (f->aimed_in == v && f->is_aimed) {
             f->weigh = 1;
             if (pti_split(&u, f->aimed.share)) return pti_min(pti_aimed_sample(f, &f->aimed, u), tmax);
         }
         if (!(sigma > 0)) return tmax;
+        tau = pti_exponential(pti_u01(u)) / sigma;
+        if (f->aimed_in == v) return tau < pti_span_length(f, v, tmax) ? pti_min(f->aimed.from + tau, tmax) : tmax;
         pti_span_begin(&s, f, v, tmax);
-        for (tau = pti_exponential(pti_u01(u)) / sigma; pti_span_next(&s); tau -= s.to - s.from)
+        for (; pti_span_next(&s); tau -= s.to - s.from)
             if (tau < s.to - s.from) return pti_min(s.from + tau, tmax);
         return tmax;
     }
@@ -4428,14 +4438,14 @@ static pt_vec3 pti_exp3(pt_vec3 x) {                     /* of greys, once; of 0
 }
 /* F_i and P_c up to t, or of a hit at t, over the hero's transmittance, which is never 0 where it has been: *F and *P are
    multiplied. */
-static void pti_volume_weigh(const pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 *F, pt_vec3 *P) {
+static void pti_volume_weigh(pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 *F, pt_vec3 *P) {
     const pti_medium *m = v->medium;
     float length, hero = m->scatters ? pti_channel(m->sigma_t, f->hero) : 0.0f, p;
-    pti_aimed again;
-    const pti_aimed *aimed = f->aimed_in == v ? &f->aimed : &again;
     pti_tracker k;
     pt_vec3 r;
-    int aims = f->aimed_in == v ? f->is_aimed : pti_volume_aim(f, v, &again);
+    int aims;
+    pti_flight_aim(f, v);
+    aims = f->aimed_in == v && f->is_aimed;
     if (hit) *F = pti_mul(*F, m->sigma_s);
     if (hit && !aims) *P = pti_mul(*P, m->sigma_t);
     if (hit && m->channels == 3) {                       /* else the density is in both alike */
@@ -4449,7 +4459,7 @@ static void pti_volume_weigh(const pti_flight *f, const pti_volume *v, float t, 
         r = pti_exp3(pt_v3(pti_min((hero - m->sigma_t.x) * length, 80), pti_min((hero - m->sigma_t.y) * length, 80),
                            pti_min((hero - m->sigma_t.z) * length, 80)));
         *F = pti_mul(*F, r);
-        if (aims) *P = pti_mul(*P, pti_aimed_density(f, aimed, m, t, hit, r, pti_exp(pti_min(hero * length, 80))));
+        if (aims) *P = pti_mul(*P, pti_aimed_density(f, &f->aimed, m, t, hit, r, pti_exp(pti_min(hero * length, 80))));
         else if (m->scatters) *P = pti_mul(*P, r);
         return;
     }
@@ -4531,7 +4541,7 @@ static const pti_volume *pti_flight_hit(pti_flight *f, float *t, int *exceeded) 
     return hit;
 }
 /* The weight of having come to t, where `hit` was hit, or NULL. q: of the channels, by which the hero was chosen. */
-static pt_vec3 pti_flight_weight(const pti_flight *f, float t, const pti_volume *hit, pt_vec3 q) {
+static pt_vec3 pti_flight_weight(pti_flight *f, float t, const pti_volume *hit, pt_vec3 q) {
     pt_vec3 F = pt_v3(1, 1, 1), P = F;
     const pti_volume *v;
     pti_visit visit;
@@ -4587,7 +4597,7 @@ static float pti_majorant_integral(const pti_flight *f, const pti_volume *v, flo
     return sum;
 }
 /* What stands for all of it at one place, where the integral of majorants is so much. */
-static pt_vec3 pti_glow_at(const pti_flight *f, const pti_volume *v, float t, float integral, pt_vec3 q) {
+static pt_vec3 pti_glow_at(pti_flight *f, const pti_volume *v, float t, float integral, pt_vec3 q) {
     const pti_medium *m = v->medium;
     pt_vec3 e = m->emission;
     float most, at = -1;
@@ -4604,7 +4614,7 @@ static pt_vec3 pti_glow_at(const pti_flight *f, const pti_volume *v, float t, fl
     if (m->glow) e = pti_mul(e, pti_max3(m->glow(m->user, pti_madd(k.span.dir, at, k.span.org)), pt_v3(0, 0, 0)));
     return f->weigh ? pti_mul(e, pti_flight_weight(f, at, NULL, q)) : e;
 }
-static pt_vec3 pti_volume_glow(const pti_flight *f, const pti_volume *v, float t, pt_vec3 q) {
+static pt_vec3 pti_volume_glow(pti_flight *f, const pti_volume *v, float t, pt_vec3 q) {
     const pti_medium *m = v->medium;
     float most, at, all = pti_majorant_integral(f, v, t, FLT_MAX, &at, &most), u;
     pt_vec3 sum = pt_v3(0, 0, 0);
@@ -4614,7 +4624,7 @@ static pt_vec3 pti_volume_glow(const pti_flight *f, const pti_volume *v, float t
     for (i = 0; i < PTI_GLOWS; i++) sum = pti_add(sum, pti_glow_at(f, v, t, all * (((float)i + u) / PTI_GLOWS), q));
     return pti_scale(sum, all / PTI_GLOWS);
 }
-static pt_vec3 pti_flight_glow(const pti_flight *f, float t, pt_vec3 q) {
+static pt_vec3 pti_flight_glow(pti_flight *f, float t, pt_vec3 q) {
     pt_vec3 sum = pt_v3(0, 0, 0);
     const pti_volume *v;
     pti_visit visit;
@@ -8443,14 +8453,23 @@ static int pti_volume_holds(const pti_volume *v, pt_vec3 p) {
     return v->kind == PTI_EVERYWHERE
         || (v->kind == PTI_IN_BOX && p.x > 0 && p.x < 1 && p.y > 0 && p.y < 1 && p.z > 0 && p.z < 1);
 }
+static pti_lamp pti_lamp_of(const pti_emitter *e) {
+    pti_bounds b = pti_emitter_bounds(e);
+    pti_lamp l;
+    l.p = pti_scale(pti_add(b.lo, b.hi), 0.5f);
+    l.radius = 0.5f * pti_length(pti_sub(b.hi, b.lo));
+    l.power = e->luminance * pti_emitter_area(e);
+    return l;
+}
 static int pti_halos_build(pt_scene *s) {                /* 0 when out of memory */
     pti_halos *h = &s->volumes.halos;
     size_t i, k;
+    for (i = 0; i < s->lights.count && i < PTI_AIMS; i++) s->volumes.lamps[i] = pti_lamp_of(s->lights.emitters + i);
     for (i = 0; s->volumes.aim && i < s->lights.count; i++) {
-        pti_bounds b = pti_emitter_bounds(s->lights.emitters + i);
+        pti_lamp l = pti_lamp_of(s->lights.emitters + i);
         pti_halo lamp;
-        lamp.p = pti_scale(pti_add(b.lo, b.hi), 0.5f);
-        lamp.power = s->lights.emitters[i].luminance * pti_emitter_area(s->lights.emitters + i);
+        lamp.p = l.p;
+        lamp.power = l.power;
         lamp.sigma = 0;
         for (k = 0; k < s->volumes.count; k++) {
             const pti_volume *v = s->volumes.all + k;
@@ -9525,15 +9544,13 @@ static float pti_sky_mean(const pti_environment *sky) {
 }
 /* Lamps that the flight's distances are aimed at: all if they are few, else those that the tree chooses for two places on the
    way. No path by the BSDF alone is aimed, since such are there to compare with. */
-static void pti_path_aim_at(pti_flight *f, const pti_emitter *e) {
+static void pti_path_aim_at(pti_flight *f, const pti_lamp *l) {
     pti_aim *aim = f->aims + f->aim_count++;
-    pti_bounds b = pti_emitter_bounds(e);
-    pt_vec3 d = pti_sub(pti_scale(pti_add(b.lo, b.hi), 0.5f), f->org);
-    float size = 0.5f * pti_length(pti_sub(b.hi, b.lo));
+    pt_vec3 d = pti_sub(l->p, f->org);
     aim->at = pti_dot(d, f->dir);
     d = pti_madd(f->dir, -aim->at, d);
-    aim->distance = pti_max(pti_max(pti_length(d), 0.5f * size), 1e-6f);
-    aim->power = e->luminance * pti_emitter_area(e) * 0.25f;
+    aim->distance = pti_max(pti_max(pti_length(d), 0.5f * l->radius), 1e-6f);
+    aim->power = l->power * 0.25f;
 }
 static void pti_path_aim(const pti_tracer *t, pti_flight *f, float end) {
     const pti_lights *l = &t->scene->lights;
@@ -9543,7 +9560,7 @@ static void pti_path_aim(const pti_tracer *t, pti_flight *f, float end) {
     if (w->bsdf + w->environment > 0 && !(w->lights > 0)) return;
     f->sky = 4 * PTI_PI * pti_sky_mean(&t->scene->environment);
     if (l->count <= PTI_AIMS) {
-        for (k = 0; k < l->count; k++) pti_path_aim_at(f, l->emitters + k);
+        for (k = 0; k < l->count; k++) pti_path_aim_at(f, f->volumes->lamps + k);
         return;
     }
     end = pti_min(end, 2 / pti_max(f->volumes->least, 1e-30f));
@@ -9551,9 +9568,12 @@ static void pti_path_aim(const pti_tracer *t, pti_flight *f, float end) {
     for (k = 0; k < 2; k++) {
         uint32_t u = pti_hash2(f->seed, f->index ^ (k + 1) * 0x9e3779b9u);
         const pti_emitter *e;
+        pti_lamp lamp;
         r.p = pti_madd(f->dir, end * 0.5f * ((float)k + pti_u01(u)), f->org);
         e = pti_lights_choose(l, &r, pti_hash(u));
-        if (e) pti_path_aim_at(f, e);
+        if (!e) continue;
+        lamp = pti_lamp_of(e);
+        pti_path_aim_at(f, &lamp);
     }
 }
 /* How much brighter it is at a particle than the path thinks. Who aims at a lamp has a small f / p, but who then hits a particle
