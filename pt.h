@@ -1893,11 +1893,14 @@ static const pti_instance *pti_instance_at(const pti_instance *in, float time, p
 }
 
 /* A ray, prepared once for all its tests. */
+#define PTI_WIDTH 8                                      /* children of a node */
+#define PTI_ROW (PTI_WIDTH * sizeof(float))              /* of its planes: low x of all, high x, low y ... */
 typedef struct pti_ray {
     float org[3], dir[3], tmin, time;
     size_t kx, ky, kz;                                   /* triangles: rows of a packet such that |dir| along kz is largest */
     float ox, oy, oz, sx, sy, sz;                        /* the origin along them, and the shear that makes the ray +z */
-    int near_row[3];                                     /* boxes: rows of a node with the nearer planes */
+    size_t near_row[3], far_row[3];                      /* boxes: where a node's nearer and farther planes are, in bytes */
+    int octant;                                          /* 1: x < 0, 2: y < 0, 4: z < 0 */
     float near_inverse[4], near_add[4];                  /* t = plane * inverse + add; four for arithmetic on all at once */
     float far_inverse[4], far_add[4];
 } pti_ray;
@@ -1908,6 +1911,11 @@ typedef struct pti_ray {
    |org / dir|; adding eight of the latter here, and widening t where the ray leaves a box or ends, makes the test conservative
    (Ize 2013): it never misses a box that the triangle test below would find a hit in. Along an axis where the ray does not
    move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m. */
+PTI_INLINE void pti_ray_row(pti_ray *r, int k, int falls) {
+    r->near_row[k] = (size_t)(2 * k + falls) * PTI_ROW;
+    r->far_row[k] = (size_t)(2 * k + 1 - falls) * PTI_ROW;
+    r->octant |= falls << k;
+}
 static void pti_ray_slow_axis(pti_ray *r, int k, float largest) {
     float d = r->dir[k], offset, pad, inverse;
     int moves = fabsf(d) > largest * 1e-16f;
@@ -1918,7 +1926,7 @@ static void pti_ray_slow_axis(pti_ray *r, int k, float largest) {
     r->near_add[k] = -offset - pad;
     r->far_inverse[k] = inverse * PTI_WIDEN;
     r->far_add[k] = (-offset + pad) * PTI_WIDEN;
-    r->near_row[k] = 2 * k + (inverse < 0);
+    pti_ray_row(r, k, inverse < 0);
     if (fabsf(offset) < 1e38f && fabsf(inverse) < 1e38f) return;
     r->near_inverse[k] = r->far_inverse[k] = 0;          /* next to infinity: all slabs are met */
     r->near_add[k] = -FLT_MAX;
@@ -1933,7 +1941,8 @@ PTI_INLINE void pti_ray_slabs(pti_ray *r, pt_vec3 org, pt_vec3 dir, float larges
     pti_f4_store(r->near_add, pti_f4_sub(minus, pad));
     pti_f4_store(r->far_inverse, pti_f4_mul(inverse, widen));
     pti_f4_store(r->far_add, pti_f4_mul(pti_f4_add(minus, pad), widen));
-    r->near_row[0] = dir.x < 0; r->near_row[1] = 2 + (dir.y < 0); r->near_row[2] = 4 + (dir.z < 0);
+    r->octant = 0;
+    pti_ray_row(r, 0, dir.x < 0); pti_ray_row(r, 1, dir.y < 0); pti_ray_row(r, 2, dir.z < 0);
     if (least > largest * 1e-16f && least * 1e37f > pti_max(pti_largest_abs(org), 1)) return;
     for (k = 0; k < 3; k++) pti_ray_slow_axis(r, k, largest);
 }
@@ -2089,7 +2098,6 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
    Threads share the work, in an order that chance decides, but what each of them does depends on nothing but the range: the
    tree is the same for any number of them. */
 
-#define PTI_WIDTH 8
 #define PTI_BINS 16
 #define PTI_MOST_BINS 32
 #define PTI_MAX_DEPTH 62                                 /* of splits, hence also of nodes */
@@ -3003,17 +3011,9 @@ typedef uint32_t pti_boxes_kernel(const pti_node *n, const pti_ray *r, float lim
 /* Bit k: the ray hits triangle k between tmin and tmax, there. The wide kernels leave the rare zeros of pti_edge to it. */
 typedef uint32_t pti_triangles_kernel(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out);
 
-/* For eight boxes at once, all that is needed of the ray eight times. */
-typedef struct pti_wide {
-#if defined(PTI_X86)
-    __m256 near_inverse[3], near_add[3], far_inverse[3], far_add[3], tmin;
-    size_t near_row[3], far_row[3];                      /* in bytes */
-    int octant;
-#else
-    int none;
-#endif
-} pti_wide;
-
+PTI_INLINE const float *pti_planes(const pti_node *n, size_t at) {
+    return (const float *)(const void *)((const char *)n->plane + at);
+}
 /* The triangles of `which`, one after the other; bits of mask are set and cleared. */
 static uint32_t pti_triangles_again(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out, uint32_t which,
                                     uint32_t mask) {
@@ -3026,9 +3026,9 @@ static uint32_t pti_triangles_again(const pti_packet *p, const pti_ray *r, float
 }
 
 static inline uint32_t pti_boxes_scalar(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]) {
-    const float *x0 = n->plane[r->near_row[0]], *x1 = n->plane[r->near_row[0] ^ 1];
-    const float *y0 = n->plane[r->near_row[1]], *y1 = n->plane[r->near_row[1] ^ 1];
-    const float *z0 = n->plane[r->near_row[2]], *z1 = n->plane[r->near_row[2] ^ 1];
+    const float *x0 = pti_planes(n, r->near_row[0]), *x1 = pti_planes(n, r->far_row[0]);
+    const float *y0 = pti_planes(n, r->near_row[1]), *y1 = pti_planes(n, r->far_row[1]);
+    const float *z0 = pti_planes(n, r->near_row[2]), *z1 = pti_planes(n, r->far_row[2]);
     uint32_t mask = 0;
     int k;
     for (k = 0; k < PTI_WIDTH; k++) {
@@ -3050,16 +3050,15 @@ PTI_INLINE __m128 pti_slab_sse2(const float *row, float inverse, float add) {
     return _mm_add_ps(_mm_mul_ps(_mm_loadu_ps(row), _mm_set1_ps(inverse)), _mm_set1_ps(add));
 }
 static inline uint32_t pti_boxes_sse2(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]) {
-    const float (*plane)[PTI_WIDTH] = n->plane;
     uint32_t mask = 0;
     int h;
     for (h = 0; h < PTI_WIDTH; h += 4) {
-        __m128 t0 = _mm_max_ps(pti_slab_sse2(plane[r->near_row[0]] + h, r->near_inverse[0], r->near_add[0]),
-                               pti_slab_sse2(plane[r->near_row[1]] + h, r->near_inverse[1], r->near_add[1]));
-        __m128 t1 = _mm_min_ps(pti_slab_sse2(plane[r->near_row[0] ^ 1] + h, r->far_inverse[0], r->far_add[0]),
-                               pti_slab_sse2(plane[r->near_row[1] ^ 1] + h, r->far_inverse[1], r->far_add[1]));
-        t0 = _mm_max_ps(t0, pti_slab_sse2(plane[r->near_row[2]] + h, r->near_inverse[2], r->near_add[2]));
-        t1 = _mm_min_ps(t1, pti_slab_sse2(plane[r->near_row[2] ^ 1] + h, r->far_inverse[2], r->far_add[2]));
+        __m128 t0 = _mm_max_ps(pti_slab_sse2(pti_planes(n, r->near_row[0]) + h, r->near_inverse[0], r->near_add[0]),
+                               pti_slab_sse2(pti_planes(n, r->near_row[1]) + h, r->near_inverse[1], r->near_add[1]));
+        __m128 t1 = _mm_min_ps(pti_slab_sse2(pti_planes(n, r->far_row[0]) + h, r->far_inverse[0], r->far_add[0]),
+                               pti_slab_sse2(pti_planes(n, r->far_row[1]) + h, r->far_inverse[1], r->far_add[1]));
+        t0 = _mm_max_ps(t0, pti_slab_sse2(pti_planes(n, r->near_row[2]) + h, r->near_inverse[2], r->near_add[2]));
+        t1 = _mm_min_ps(t1, pti_slab_sse2(pti_planes(n, r->far_row[2]) + h, r->far_inverse[2], r->far_add[2]));
         t0 = _mm_max_ps(t0, _mm_set1_ps(r->tmin));
         t1 = _mm_min_ps(t1, _mm_set1_ps(limit));
         _mm_storeu_ps(enter + h, t0);
@@ -3108,17 +3107,15 @@ static inline uint32_t pti_triangles_sse2(const pti_packet *p, const pti_ray *r,
 PTI_AVX2 PTI_INLINE uint32_t pti_triangles_avx2(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
     return pti_triangles_x86(p, r, tmax, out);           /* the same, in the shorter encoding */
 }
-#define PTI_FLOATS(p) ((const float *)(const void *)(p))
 /* The other way round: which are missed. Floats that are not negative, and those that are as long as only one of a comparison is,
    compare as integers do, in a quarter of the time; an exit that is negative is before tmin, however much. */
-PTI_AVX2 PTI_INLINE __m256 pti_boxes_avx2(const pti_node *n, const pti_wide *w, float limit, __m256 *enter) {
-    const char *planes = (const char *)n->plane;
-#define PTI_SLAB(which, k) _mm256_castps_si256( \
-    _mm256_fmadd_ps(_mm256_loadu_ps(PTI_FLOATS(planes + w->which##_row[k])), w->which##_inverse[k], w->which##_add[k]))
+PTI_AVX2 PTI_INLINE __m256 pti_boxes_avx2(const pti_node *n, const pti_ray *r, float limit, __m256 *enter) {
+#define PTI_SLAB(which, k) _mm256_castps_si256(_mm256_fmadd_ps(_mm256_loadu_ps(pti_planes(n, r->which##_row[k])), \
+    _mm256_broadcast_ss(&r->which##_inverse[k]), _mm256_broadcast_ss(&r->which##_add[k])))
     __m256i x0 = PTI_SLAB(near, 0), y0 = PTI_SLAB(near, 1), z0 = PTI_SLAB(near, 2);
     __m256i x1 = PTI_SLAB(far, 0), y1 = PTI_SLAB(far, 1), z1 = PTI_SLAB(far, 2), t0, t1;
 #undef PTI_SLAB
-    t0 = _mm256_max_epi32(_mm256_max_epi32(x0, y0), _mm256_max_epi32(z0, _mm256_castps_si256(w->tmin)));
+    t0 = _mm256_max_epi32(_mm256_max_epi32(x0, y0), _mm256_max_epi32(z0, _mm256_castps_si256(_mm256_broadcast_ss(&r->tmin))));
     t1 = _mm256_min_epi32(_mm256_min_epi32(x1, y1), _mm256_min_epi32(z1, _mm256_castps_si256(_mm256_set1_ps(limit))));
     *enter = _mm256_castsi256_ps(t0);
     return _mm256_castsi256_ps(_mm256_cmpgt_epi32(t0, t1));
@@ -3134,16 +3131,15 @@ PTI_INLINE float32x4_t pti_slab_neon(const float *row, float inverse, float add)
     return vfmaq_n_f32(vdupq_n_f32(add), vld1q_f32(row), inverse);
 }
 static inline uint32_t pti_boxes_neon(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]) {
-    const float (*plane)[PTI_WIDTH] = n->plane;
     uint32_t mask = 0;
     int h;
     for (h = 0; h < PTI_WIDTH; h += 4) {
-        float32x4_t t0 = vmaxq_f32(pti_slab_neon(plane[r->near_row[0]] + h, r->near_inverse[0], r->near_add[0]),
-                                   pti_slab_neon(plane[r->near_row[1]] + h, r->near_inverse[1], r->near_add[1]));
-        float32x4_t t1 = vminq_f32(pti_slab_neon(plane[r->near_row[0] ^ 1] + h, r->far_inverse[0], r->far_add[0]),
-                                   pti_slab_neon(plane[r->near_row[1] ^ 1] + h, r->far_inverse[1], r->far_add[1]));
-        t0 = vmaxq_f32(t0, pti_slab_neon(plane[r->near_row[2]] + h, r->near_inverse[2], r->near_add[2]));
-        t1 = vminq_f32(t1, pti_slab_neon(plane[r->near_row[2] ^ 1] + h, r->far_inverse[2], r->far_add[2]));
+        float32x4_t t0 = vmaxq_f32(pti_slab_neon(pti_planes(n, r->near_row[0]) + h, r->near_inverse[0], r->near_add[0]),
+                                   pti_slab_neon(pti_planes(n, r->near_row[1]) + h, r->near_inverse[1], r->near_add[1]));
+        float32x4_t t1 = vminq_f32(pti_slab_neon(pti_planes(n, r->far_row[0]) + h, r->far_inverse[0], r->far_add[0]),
+                                   pti_slab_neon(pti_planes(n, r->far_row[1]) + h, r->far_inverse[1], r->far_add[1]));
+        t0 = vmaxq_f32(t0, pti_slab_neon(pti_planes(n, r->near_row[2]) + h, r->near_inverse[2], r->near_add[2]));
+        t1 = vminq_f32(t1, pti_slab_neon(pti_planes(n, r->far_row[2]) + h, r->far_inverse[2], r->far_add[2]));
         t0 = vmaxq_f32(t0, vdupq_n_f32(r->tmin));
         t1 = vminq_f32(t1, vdupq_n_f32(limit));
         vst1q_f32(enter + h, t0);
@@ -3229,9 +3225,8 @@ typedef struct pti_stack { uint32_t child[2 * PTI_STACK + PTI_WIDTH]; float ente
 
 /* Looks into a node. Returns the nearest child that the ray meets, or PTI_NONE, and pushes the others, the farthest first. Any
    hit does not care which comes first, nor where they are entered. */
-typedef uint32_t pti_visit_kernel(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, int any,
-                                  pti_stack *s, int *top);
-typedef void pti_widen_kernel(pti_wide *w, const pti_ray *r);
+typedef uint32_t pti_visit_kernel(const pti_bvh *b, const pti_node *n, const pti_ray *r, float limit, int any, pti_stack *s,
+                                  int *top);
 
 PTI_INLINE uint32_t pti_push_sorted(const pti_node *n, uint32_t mask, const float enter[PTI_WIDTH], int any, pti_stack *s,
                                     int *top) {
@@ -3249,14 +3244,13 @@ PTI_INLINE uint32_t pti_push_sorted(const pti_node *n, uint32_t mask, const floa
     return s->child[--*top];
 }
 #define PTI_VISIT(isa) \
-    PTI_INLINE uint32_t pti_visit_##isa(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit, \
-                                        int any, pti_stack *s, int *top) { \
+    PTI_INLINE uint32_t pti_visit_##isa(const pti_bvh *b, const pti_node *n, const pti_ray *r, float limit, int any, \
+                                        pti_stack *s, int *top) { \
         float enter[PTI_WIDTH]; \
         uint32_t mask = pti_boxes_##isa(n, r, limit, enter); \
-        (void)b; (void)w; \
+        (void)b; \
         return mask ? pti_push_sorted(n, mask, enter, any, s, top) : PTI_NONE; \
-    } \
-    PTI_INLINE void pti_widen_##isa(pti_wide *w, const pti_ray *r) { (void)w; (void)r; }
+    }
 PTI_VISIT(scalar)
 #if defined(PTI_X86)
 PTI_VISIT(sse2)
@@ -3265,20 +3259,6 @@ PTI_VISIT(neon)
 #endif
 
 #if defined(PTI_X86)
-PTI_AVX2 PTI_INLINE void pti_widen_avx2(pti_wide *w, const pti_ray *r) {
-    int k;
-    w->octant = 0;
-    for (k = 0; k < 3; k++) {
-        w->near_inverse[k] = _mm256_set1_ps(r->near_inverse[k]);
-        w->near_add[k] = _mm256_set1_ps(r->near_add[k]);
-        w->far_inverse[k] = _mm256_set1_ps(r->far_inverse[k]);
-        w->far_add[k] = _mm256_set1_ps(r->far_add[k]);
-        w->near_row[k] = (size_t)r->near_row[k] * sizeof(pti_block);
-        w->far_row[k] = (size_t)(r->near_row[k] ^ 1) * sizeof(pti_block);
-        w->octant |= (r->near_row[k] & 1) << k;
-    }
-    w->tmin = _mm256_set1_ps(r->tmin);
-}
 /* Which bits of m are set, four bits each, the first lowest. */
 #define PTI_BIT(m, k) ((uint32_t)(m) >> (k) & 1u)
 #define PTI_PUT(m, k, at) (PTI_BIT(m, k) * (k##u << 4 * (at)))
@@ -3305,12 +3285,11 @@ PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
     _mm_prefetch(p + 128, _MM_HINT_T0); _mm_prefetch(p + 192, _MM_HINT_T0);
 }
 /* All without a loop: the children in the node's order for this octant, then those that were met moved together. */
-PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, const pti_wide *w, float limit,
-                                            int any, pti_stack *s, int *top) {
-    __m256 enter, missed = pti_boxes_avx2(n, w, limit, &enter);
+PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, float limit, int any,
+                                            pti_stack *s, int *top) {
+    __m256 enter, missed = pti_boxes_avx2(n, r, limit, &enter);
     __m256i *push = (__m256i *)(void *)(s->child + *top), children = _mm256_loadu_si256((const __m256i *)(const void *)n->child);
-    uint32_t fours = n->order[w->octant], mask, rest, next;
-    (void)r;
+    uint32_t fours = n->order[r->octant], mask, rest, next;
     if (any) {
         mask = (uint32_t)_mm256_movemask_ps(missed) ^ 0xffu;
         if (!mask) return PTI_NONE;
@@ -3342,11 +3321,10 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
 
 /* Nearest hit, or any. One loop over both levels: at an instance the ray is moved into its scene, and a mark on the stack
    brings it back. The kernels are constants wherever this is used, so that they are inlined. */
-PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti_hit *hit, int any, pti_widen_kernel *widen,
-                            pti_visit_kernel *visit, pti_triangles_kernel *triangles) {
+PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti_hit *hit, int any, pti_visit_kernel *visit,
+                            pti_triangles_kernel *triangles) {
     pti_stack stack;
     pti_lanes lanes;
-    pti_wide wide, wide_local, *w = &wide;
     const pti_geometry *g = scene;
     const pti_ray *r = world;
     pti_ray local;
@@ -3354,10 +3332,9 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
     float limit = hit->t * PTI_WIDEN;
     uint32_t child = g->bvh.root, instance = 0, instance_prim = PTI_NONE, mask;
     int top = 0, found;
-    widen(w, r);
     for (;;) {
         while (PTI_KIND(child) == PTI_INNER)
-            child = visit(&g->bvh, pti_node_at(&g->bvh, child), r, w, limit, any, &stack, &top);
+            child = visit(&g->bvh, pti_node_at(&g->bvh, child), r, limit, any, &stack, &top);
         found = 0;
         if (PTI_KIND(child) == PTI_LEAF) {
             const pti_packet *p = pti_packet_at(&g->bvh, child);
@@ -3376,8 +3353,7 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                 instance_prim = s->first;
                 stack.child[top] = PTI_BACK;
                 stack.enter[top++] = -1;
-                g = in->of; r = &local; child = g->bvh.root; w = &wide_local;
-                widen(w, r);
+                g = in->of; r = &local; child = g->bvh.root;
                 continue;
             }
         }
@@ -3393,7 +3369,7 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                 if (any || stack.enter[top] <= limit) break;
                 continue;                                /* it lies behind what has been hit since */
             }
-            g = scene; r = world; w = &wide;
+            g = scene; r = world;
             instance = 0; instance_prim = PTI_NONE;
         }
     }
@@ -3402,8 +3378,8 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
 typedef int pti_trace_function(const pti_geometry *g, const pti_ray *r, pti_hit *hit, int any);
 #define PTI_TRACE(isa) \
     static int pti_trace_##isa(const pti_geometry *g, const pti_ray *r, pti_hit *hit, int any) { \
-        return any ? pti_traverse(g, r, hit, 1, pti_widen_##isa, pti_visit_##isa, pti_triangles_##isa) \
-                   : pti_traverse(g, r, hit, 0, pti_widen_##isa, pti_visit_##isa, pti_triangles_##isa); \
+        return any ? pti_traverse(g, r, hit, 1, pti_visit_##isa, pti_triangles_##isa) \
+                   : pti_traverse(g, r, hit, 0, pti_visit_##isa, pti_triangles_##isa); \
     }
 PTI_TRACE(scalar)
 #if defined(PTI_X86)

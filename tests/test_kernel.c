@@ -9,10 +9,8 @@
 
 #if defined(PTI_X86)
 PTI_AVX2 static uint32_t boxes_avx2(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]) {
-    pti_wide w;
     __m256 where, missed;
-    pti_widen_avx2(&w, r);
-    missed = pti_boxes_avx2(n, &w, limit, &where);
+    missed = pti_boxes_avx2(n, r, limit, &where);
     _mm256_storeu_ps(enter, where);
     return (uint32_t)_mm256_movemask_ps(missed) ^ 0xffu;
 }
