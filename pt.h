@@ -1932,12 +1932,13 @@ static void pti_ray_slow_axis(pti_ray *r, int k, float largest) {
     r->near_add[k] = -FLT_MAX;
     r->far_add[k] = FLT_MAX;
 }
-PTI_INLINE void pti_ray_slabs(pti_ray *r, pt_vec3 org, pt_vec3 dir, float largest, float least) {
+PTI_INLINE void pti_ray_slabs(pti_ray *r, pt_vec3 org, pt_vec3 dir, int z, float largest, float least) {
     pti_f4 inverse = pti_f4_div(pti_f4_set(1), pti_f4_of(dir.x, dir.y, dir.z, 1));
     pti_f4 offset = pti_f4_mul(pti_f4_of(org.x, org.y, org.z, 0), inverse), minus = pti_f4_sub(pti_f4_set(0), offset);
     pti_f4 pad = pti_f4_mul(pti_f4_max(offset, minus), pti_f4_set(PTI_ULPS_8)), widen = pti_f4_set(PTI_WIDEN);
     int k;
     pti_f4_store(r->near_inverse, inverse);
+    r->sz = r->near_inverse[z];                          /* before a slow axis changes it */
     pti_f4_store(r->near_add, pti_f4_sub(minus, pad));
     pti_f4_store(r->far_inverse, pti_f4_mul(inverse, widen));
     pti_f4_store(r->far_add, pti_f4_mul(pti_f4_add(minus, pad), widen));
@@ -1957,10 +1958,9 @@ PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin
     r->time = time;
     r->kx = (size_t)x * PTI_LANES; r->ky = (size_t)y * PTI_LANES; r->kz = (size_t)z * PTI_LANES;
     r->ox = r->org[x]; r->oy = r->org[y]; r->oz = r->org[z];
-    r->sz = 1 / r->dir[z];
+    pti_ray_slabs(r, org, dir, z, largest, pti_min(ax, pti_min(ay, az)));
     r->sx = r->dir[x] * r->sz;
     r->sy = r->dir[y] * r->sz;
-    pti_ray_slabs(r, org, dir, largest, pti_min(ax, pti_min(ay, az)));
 }
 
 /* A hit on its way to becoming a pt_vertex. Ties in t are decided by the ids in the outer, then in the inner scene. */
