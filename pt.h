@@ -42,7 +42,7 @@
      >>warp       from the unit square to disks, hemispheres, cones, triangles, rectangles, tables; each with its density
      >>spectrum   the colours of single wavelengths
      >>shape      triangles, spheres, instances, users' shapes: bounds and intersection
-     >>bvh        the binned SAH build, straight into an eight-wide tree
+     >>bvh        the binned SAH build, spatial splits, the collapse into eight-wide nodes
      >>kernel     ray against boxes and triangles for each instruction set; the traversal
      >>texture    pictures, patterns and callbacks
      >>medium     phase functions, free flights through volumes
@@ -155,7 +155,7 @@ PT_DEF pt_result   pt_scene_commit(pt_scene *s);                 /* builds the t
    show was refitted: makes the boxes of the trees anew and leaves all else, which takes about a tenth of the time. Rays are
    the slower the farther things have moved from their old neighbours; then commit a new scene. Nobody may be reading the
    scene, and its renders start anew. PT_ERR_STATE before commit and where there are media; PT_ERR_ARG where a vertex is not
-   finite. */
+   finite; as everywhere, the first error stays, and such a scene is good for nothing but what it was before. */
 PT_DEF pt_result   pt_scene_refit(pt_scene *s);
 PT_DEF const char *pt_scene_error(const pt_scene *s);            /* first error, in words, or "" */
 
@@ -719,12 +719,13 @@ PT_DEF void      pt_mesh_free(pt_mesh *mesh);
 
 /* ---- the toolbox: the parts the integrator is made of, for teaching, tests and other uses ------------- */
 
-/* Ray queries. The scene must be committed; any number of threads. A ray that can not be (direction zero, or anything NaN or
-   infinite) hits nothing. A hit's t is in units of |dir|; where two are equally near, what was added first is hit. */
+/* Ray queries. The scene must be committed; any number of threads. A ray that can not be (direction shorter than 1e-37, org or
+   dir NaN or infinite) hits nothing; a tmin below 0 or NaN is 0; a tmax not above 0, infinite or NaN is no end. A hit's t is in
+   units of |dir|; where two are equally near, what was added first is hit. */
 PT_DEF int      pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x);     /* nearest hit; 0 = none */
 PT_DEF int      pt_occluded(const pt_scene *s, const pt_ray *ray);                    /* any hit */
 /* The same for many rays at once, one after the other, and of a hit only what costs next to nothing: no normals, no texture
-   coordinates. Both return how many rays hit something; NULL rays hit nothing. */
+   coordinates. Both return how many rays hit something; where rays or the results are NULL, nothing is done, and that is 0. */
 typedef struct pt_hit {
     float t;                                              /* infinite where nothing is hit; the rest is zero then */
     float u, v;                                           /* on triangles: p = (1 - u - v) a + u b + v c; 0 on spheres */
@@ -1909,8 +1910,9 @@ typedef struct pti_ray {
 
 /* Boxes: (plane - org) / dir, turned into one multiply-add. Every rounding on the way is at most a few 2^-24 of |t| or of
    |org / dir|; adding eight of the latter here, and widening t where the ray leaves a box or ends, makes the test conservative
-   (Ize 2013): it never misses a box that the triangle test below would find a hit in. Along an axis where the ray does not
-   move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m. */
+   (Ize 2013): it never misses a box where the ray meets the triangle (that rounding may move t is pti_bvh_slack's). Along an
+   axis where the ray does not move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes
+   within 1e-8 m. */
 PTI_INLINE void pti_ray_row(pti_ray *r, int k, int falls) {
     r->near_row[k] = (size_t)(2 * k + falls) * PTI_ROW;
     r->far_row[k] = (size_t)(2 * k + 1 - falls) * PTI_ROW;
@@ -2126,6 +2128,7 @@ typedef struct pti_bvh {
     pti_block *blocks; size_t block_count;
     uint32_t root, left_out;                             /* of the primitives, those that nothing can hit */
     pti_bounds bounds;
+    float slack;                                         /* see pti_bvh_slack */
 } pti_bvh;
 PTI_INLINE pti_node *pti_node_at(const pti_bvh *b, uint32_t child) { return (pti_node *)(void *)(b->blocks + child); }
 PTI_INLINE pti_packet *pti_packet_at(const pti_bvh *b, uint32_t child) {
@@ -2145,7 +2148,8 @@ typedef struct pti_geometry {
    at which its right half begins. */
 typedef struct pti_box { pti_f4 lo, hi; } pti_box;
 typedef struct pti_ref { float lo[3]; uint32_t shape; float hi[3]; uint32_t prim; } pti_ref;       /* prim within its shape */
-#define PTI_MIDDLING 0x40000000u                         /* the bits of 2.0f: combined with shape and prim */
+#define PTI_MIDDLING 0x40000000u                         /* the bits of 2.0f: combined with shape and prim, so that what pti_f4_load
+                                                            gets beside lo and hi is an ordinary float */
 typedef struct pti_range { size_t begin, end, room; pti_box box, centers; int depth; uint32_t *link; } pti_range;
 typedef struct pti_halves {
     float lo[3]; uint32_t left;
@@ -2424,13 +2428,13 @@ static int pti_partition_space(pti_builder *b, const pti_range *r, const pti_cut
             other = piece;
             pti_ref_clip(&piece, v, c->axis, -FLT_MAX, plane);
             pti_ref_clip(&other, v, c->axis, plane, FLT_MAX);
-            if (!pti_ref_is_empty(&piece)) {
+            if (!pti_ref_is_empty(&piece) && (pti_ref_is_empty(&other) || end < r->room)) {
                 *ref = piece;
                 i++;
                 if (!pti_ref_is_empty(&other)) b->refs[end++] = other;
                 continue;
             }
-            piece = other;
+            piece = pti_ref_is_empty(&piece) && !pti_ref_is_empty(&other) ? other : *ref;      /* else whole: it is hardly there */
         }
         *ref = b->refs[--middle];
         b->refs[middle] = piece;
@@ -2474,7 +2478,8 @@ static int pti_bin_of(float center, float lo, float scale) {         /* for ligh
     int i = (int)((center - lo) * scale);
     return i < PTI_BINS - 1 ? i : PTI_BINS - 1;
 }
-/* Where all centres coincide, or the tree grows too deep, half goes left. */
+/* Where all centres coincide, the tree grows too deep, or a spatial split leaves one side empty, half goes left, and all room
+   right. */
 static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left, pti_range *right) {
     pti_bins bins;
     pti_cuts cuts;
@@ -2866,6 +2871,13 @@ static void pti_bvh_free(pti_bvh *bvh, const pt_allocator *a) {
     pti_free(a, bvh->blocks, bvh->block_count, sizeof *bvh->blocks);
     memset(bvh, 0, sizeof *bvh);
 }
+/* The t of a hit lies between those of the triangle's corners; rounding moves it by a part of what is between them, which may be
+   much more than a part of t: a floor of a kilometre is hit at one metre. A box that is no farther behind a hit than that may
+   still hold what comes before it, and is looked into, lest the order of visits decide. (Needles can be worse: the thinner, the
+   less t means.) */
+static void pti_bvh_slack(pti_bvh *bvh) {
+    bvh->slack = pti_largest_abs(pti_sub(bvh->bounds.hi, bvh->bounds.lo)) * (1.0f / 65536);
+}
 static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
     pti_bvh *bvh = &b->g->bvh;
     pti_branch whole = pti_branch_make(0, b->room, b->top);
@@ -2882,6 +2894,7 @@ static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
     if (bvh->blocks) {
         used = 0;
         pti_branch_box(b, &whole, &bvh->bounds);
+        pti_bvh_slack(bvh);
         bvh->root = pti_lay_out(b, &whole, &used, rest);
         pti_parallel(b->threads, pti_lay_out_task, rest, rest->count);
         pti_parallel(b->threads, pti_pack_slice, b, (b->room + PTI_SLICE - 1) / PTI_SLICE);
@@ -2964,6 +2977,7 @@ static void pti_bvh_refit(pti_geometry *g, int threads) {
     pti_refit_find(&r, g->bvh.root, 3);
     pti_parallel(threads, pti_refit_task, &r, r.count);
     g->bvh.bounds = pti_refit_child(&r, g->bvh.root, 3);
+    pti_bvh_slack(&g->bvh);
 }
 /* How many bins; how many pieces more than triangles at most (one for so many); whether space may be split. */
 static const struct { int bins; uint32_t per_piece; int cuts; } pti_qualities[] = { { 16, 8, 0 }, { 8, 0, 0 }, { 32, 2, 1 } };
@@ -3004,7 +3018,8 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
 /* ---- >>kernel ------------------------------------------------------------------------------------------
    The two kernels that have instructions of their own, ray x eight boxes and ray x four triangles, and the traversal that
    they are put into. The triangle kernels do the very operations of pti_triangle, in its order, so that all give the same
-   bits. The box kernels may differ in the last bits, as they only choose what is looked at; all are conservative. */
+   bits. The box kernels may differ in the last bits, as they only choose what is looked at; all look a little farther than they
+   must. */
 
 /* Bit k: the ray enters child k between tmin and limit, the widened tmax; enter[k] is where. */
 typedef uint32_t pti_boxes_kernel(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]);
@@ -3087,7 +3102,7 @@ PTI_INLINE uint32_t pti_triangles_x86(const pti_packet *p, const pti_ray *r, flo
     __m128 hit = _mm_or_ps(_mm_cmpge_ps(least, zero), _mm_cmple_ps(most, zero));
     uint32_t zeros;
     if (!_mm_movemask_ps(hit)) return 0;
-    zeros = (uint32_t)_mm_movemask_ps(_mm_and_ps(hit, _mm_cmpeq_ps(_mm_mul_ps(_mm_mul_ps(U, V), W), zero)));
+    zeros = (uint32_t)_mm_movemask_ps(_mm_and_ps(hit, _mm_or_ps(_mm_cmpeq_ps(least, zero), _mm_cmpeq_ps(most, zero))));
     det = _mm_add_ps(_mm_add_ps(U, V), W);
     t = _mm_add_ps(_mm_add_ps(_mm_mul_ps(U, az), _mm_mul_ps(V, bz)), _mm_mul_ps(W, cz));
     hit = _mm_and_ps(hit, _mm_cmpgt_ps(_mm_andnot_ps(_mm_set1_ps(-0.0f), t), _mm_set1_ps(PTI_LEAST)));
@@ -3169,7 +3184,7 @@ static inline uint32_t pti_triangles_neon(const pti_packet *p, const pti_ray *r,
     uint32x4_t hit = vorrq_u32(vcgeq_f32(least, zero), vcleq_f32(most, zero));
     uint32_t zeros;
     if (!vmaxvq_u32(hit)) return 0;
-    zeros = pti_mask_neon(vandq_u32(hit, vceqq_f32(vmulq_f32(vmulq_f32(U, V), W), zero)));
+    zeros = pti_mask_neon(vandq_u32(hit, vorrq_u32(vceqq_f32(least, zero), vceqq_f32(most, zero))));
     det = vaddq_f32(vaddq_f32(U, V), W);
     t = vaddq_f32(vaddq_f32(vmulq_f32(U, az), vmulq_f32(V, bz)), vmulq_f32(W, cz));
     hit = vandq_u32(hit, vcagtq_f32(t, vdupq_n_f32(PTI_LEAST)));
@@ -3329,7 +3344,7 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
     const pti_ray *r = world;
     pti_ray local;
     pti_instance moved;
-    float limit = hit->t * PTI_WIDEN;
+    float slack = g->bvh.slack * fabsf(r->sz), limit = hit->t * PTI_WIDEN + slack;
     uint32_t child = g->bvh.root, instance = 0, instance_prim = PTI_NONE, mask;
     int top = 0, found;
     for (;;) {
@@ -3354,13 +3369,15 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                 stack.child[top] = PTI_BACK;
                 stack.enter[top++] = -1;
                 g = in->of; r = &local; child = g->bvh.root;
+                slack = g->bvh.slack * fabsf(r->sz);
+                limit = hit->t * PTI_WIDEN + slack;
                 continue;
             }
         }
         if (found) {
             hit->instance = instance;
             if (any) return 1;
-            limit = hit->t * PTI_WIDEN;
+            limit = hit->t * PTI_WIDEN + slack;
         }
         for (;;) {
             if (!top) return hit->found;
@@ -3370,6 +3387,8 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                 continue;                                /* it lies behind what has been hit since */
             }
             g = scene; r = world;
+            slack = g->bvh.slack * fabsf(r->sz);
+            limit = hit->t * PTI_WIDEN + slack;
             instance = 0; instance_prim = PTI_NONE;
         }
     }
@@ -8645,7 +8664,10 @@ PT_DEF pt_result pt_scene_refit(pt_scene *s) {
     mode = pti_fpmode_enter();
     fine = pti_scene_refit(s, s->threads > 0 ? s->threads : pti_cores());
     pti_fpmode_leave(mode);
-    if (!fine && s->error.code == PT_OK) pti_fail(&s->error, PT_ERR_MEMORY, "pt_scene_refit: out of memory");
+    if (!fine && s->error.code == PT_OK) {
+        pti_fail(&s->error, PT_ERR_MEMORY, "pt_scene_refit: out of memory");
+        s->committed = 0;
+    }
     return s->error.code;
 }
 

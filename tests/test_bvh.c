@@ -313,6 +313,50 @@ static void qualities_find_the_same(void) {
         mesh_free(&m);
     }
 }
+/* Sheets of all sizes in one plane, seen from near it, where rounding of t decides which is met first; and triangles so large
+   that products of three edge functions are infinite, whose edges are aimed at. All instruction sets and qualities find what
+   brute force finds. */
+static mesh sheets(pt_rng *r) {
+    mesh m = mesh_new(3 * 300, 300);
+    int i;
+    for (i = 0; i < 300; i++) {
+        double size = magnitude(r, 0.1, 100);
+        v3 at = v3_scale(ball(r), 10), a = v3_scale(ball(r), size), b = v3_scale(ball(r), size);
+        at.y = a.y = b.y = 0;
+        mesh_add_triangle(&m, at, v3_add(at, a), v3_add(at, b));
+    }
+    return m;
+}
+static mesh giants(void) {
+    mesh m = mesh_new(12, 4);
+    int i;
+    for (i = 0; i < 4; i++) mesh_add_triangle(&m, v3_of(0, 0, 0), v3_of(1e10, 1e10, 1e10), v3_of(1e10, i * 1e9, 1e10));
+    return m;
+}
+static void sheets_and_giants(void) {
+    pt_rng r;
+    int q, isa, k, i;
+    pt_rng_seed(&r, 8, 4);
+    for (k = 0; k < 2; k++) for (q = PT_QUALITY_DEFAULT; q <= PT_QUALITY_BEST; q++) for (isa = 0; isa < PTI_ISA_COUNT; isa++) {
+        mesh m = k ? giants() : sheets(&r);
+        tally t = { 0, 0, 0, 0, 0 };
+        pt_scene *s;
+        if (!pti_isa_supported(isa)) { mesh_free(&m); continue; }
+        s = scene_built(&m, (pt_quality)q, 1);
+        s->isa = isa;
+        test_case("%s, quality %d, instruction set %d", k ? "giants" : "sheets", q, isa);
+        for (i = 0; i < 10000; i++) {
+            double along = uniform(&r) * 1e10;
+            v3 org = k ? v3_scale(ball(&r), 1e10) : v3_of(0, magnitude(&r, 0.01, 10), 5);
+            v3 to = k ? v3_of(along, along, along) : v3_of(between(&r, -8, 8), 0, between(&r, -8, 4));
+            pt_ray ray = ray_of(org, v3_scale(v3_sub(to, v3_rounded(org)), k ? 1e-10 : 1));
+            tally_up(s, &ray, &t);
+        }
+        check_tally(&t, k ? 1 : 5000);
+        pt_scene_destroy(s);
+        mesh_free(&m);
+    }
+}
 
 /* ---- refit ---- */
 
@@ -606,6 +650,7 @@ void test_bvh(void) {
     RUN(depth_is_bounded);
     RUN(the_same_tree_for_any_number_of_threads);
     RUN(qualities_find_the_same);
+    RUN(sheets_and_giants);
     RUN(refitted_trees_match_brute_force);
     RUN(triangles_that_became_flat);
     RUN(what_else_refit_does);
