@@ -342,13 +342,23 @@ static int parse(options *o, int argc, char **argv) {
     for (i = 1; i < argc; i++) {
         const char *value = i + 1 < argc ? argv[i + 1] : "";
         if (!strcmp(argv[i], "--help") || !strcmp(argv[i], "-h")) { print_help(); return 1; }
+        if (i + 1 == argc && strcmp(argv[i], "--quick") && strcmp(argv[i], "--no-build") && strcmp(argv[i], "--grow")) {
+            fprintf(stderr, "kernels: %s is unknown or needs a value; see --help\n", argv[i]);
+            return 3;
+        }
         if (!strcmp(argv[i], "--quick")) { o->quick = 1; o->runs = 3; o->size = 512; continue; }
         if (!strcmp(argv[i], "--no-build")) { o->build = 0; continue; }
         if (!strcmp(argv[i], "--grow")) { o->scenes = "grow100,grow1000,grow10000,grow100000,grow1000000,grow10000000"; continue; }
         if (!strcmp(argv[i], "--runs")) o->runs = atoi(value);
-        else if (!strcmp(argv[i], "--leaks")) o->leaks = (size_t)atof(value);
+        else if (!strcmp(argv[i], "--leaks")) {
+            if (!(atof(value) >= 3)) { fprintf(stderr, "kernels: --leaks is 3 rays at least\n"); return 3; }
+            o->leaks = (size_t)atof(value);
+        }
         else if (!strcmp(argv[i], "--size")) o->size = atoi(value);
-        else if (!strcmp(argv[i], "--isa")) o->isa = value;
+        else if (!strcmp(argv[i], "--isa")) {
+            if (!strstr(" scalar sse2 avx2 neon ", value)) { fprintf(stderr, "kernels: there is no --isa %s\n", value); return 3; }
+            o->isa = value;
+        }
         else if (!strcmp(argv[i], "--threads")) o->threads = atoi(value);
         else if (!strcmp(argv[i], "--scenes")) o->scenes = value;
         else if (!strcmp(argv[i], "--csv")) o->csv = value;
@@ -368,8 +378,8 @@ static int parse(options *o, int argc, char **argv) {
         for (k = 0; k < KNOWN; k++)
             if (!strncmp(known[k]->name, "pt", 2) && strcmp(known[k]->name, "pt_best")) o->libraries[o->library_count++] = known[k];
     }
-    if (o->runs > 0 && o->runs <= MOST_RUNS && o->size > 0 && o->threads > 0) return 0;
-    fprintf(stderr, "kernels: --runs is 1 to %d, --size and --threads at least 1\n", (int)MOST_RUNS);
+    if (o->runs > 0 && o->runs <= MOST_RUNS && o->size > 0 && o->threads > 0 && o->threads <= 4096) return 0;
+    fprintf(stderr, "kernels: --runs is 1 to %d, --size at least 1, --threads 1 to 4096\n", (int)MOST_RUNS);
     return 3;
 }
 int main(int argc, char **argv) {

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Draws what kernels.c kept with --csv: our speed over Embree's, a bar a ray set, a group a scene. Needs gnuplot.
 # usage: kernels_plot.sh CSV PNG
+[ $# = 2 ] || { echo 'usage: kernels_plot.sh CSV PNG' >&2; exit 2; }
 command -v gnuplot > /dev/null || { echo 'gnuplot is not here: no plot'; exit 0; }
 awk -F, 'BEGIN { split("primary,diffuse 1,diffuse 2,shadow 0,shadow 1", sets, ",") }
     { speed[$1, $2, $3] = $4; if (!seen[$1]++) scene[++n] = $1 }
