@@ -2270,7 +2270,7 @@ static int pti_bins_sweep(const pti_bins *bins, int axis, float *best) {
     }
     return at;
 }
-/* What is left of room goes to both halves, as they are large. */
+/* What is left of room goes to both halves, as they are large; the right half moves up for the left one's. */
 static void pti_share_room(pti_builder *b, const pti_range *r, size_t middle, size_t end, pti_range *left, pti_range *right) {
     size_t gift = (size_t)((uint64_t)(r->room - end) * (middle - r->begin) / (end - r->begin));
     if (gift) memmove(b->refs + middle + gift, b->refs + middle, (end - middle) * sizeof *b->refs);
@@ -2313,8 +2313,8 @@ static void pti_partition(pti_builder *b, const pti_range *r, const pti_bins *bi
 static void pti_ref_triangle(const pti_builder *b, const pti_ref *r, pt_vec3 v[3]) {
     pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
 }
-/* Makes the box of a piece smaller: what of the triangle lies between two planes across an axis. All roundings, here and of the
-   rays that will be tested, are less than the pads: some of the triangle's size, some of its coordinates'. */
+/* Makes the box of a piece smaller: what of the triangle lies between two planes across an axis. The roundings here are less
+   than the pads: some of the triangle's size, some of its coordinates'. */
 static void pti_ref_clip(pti_ref *r, const pt_vec3 v[3], int axis, float lo, float hi) {
     pti_bounds box = pti_bounds_empty(), whole = pti_bounds_empty();
     float corner[6], size[3], pad;
@@ -2339,10 +2339,10 @@ static void pti_ref_clip(pti_ref *r, const pt_vec3 v[3], int axis, float lo, flo
     }
 }
 
-/* Spatial splits (Stich, Friedrich and Dietrich 2009): where the boxes of an object split would overlap much, a plane may part the
-   triangles better, which are cut in two where it meets them: each piece has a box of its own, and still means the whole triangle.
-   Bins lie along the range's box, and hold what of each triangle is in them; `first` and `last` count where triangles begin and
-   end. Other objects are not cut: each is where its centre is. */
+/* While the tree grows, spatial splits (Stich, Friedrich and Dietrich 2009): where the boxes of an object split would overlap
+   much, a plane may part the triangles better, which are cut in two where it meets them: each piece has a box of its own, and
+   still means the whole triangle. Bins lie along the range's box, and hold what of each triangle is in them; `first` and `last`
+   count where triangles begin and end. Other objects are not cut: each is where its centre is. */
 #define PTI_CUTS 16
 #define PTI_OVERLAP 1e-3f                                /* of the area of all: where there is less, trees get no better */
 typedef struct pti_cuts {
@@ -2766,8 +2766,9 @@ static uint32_t pti_find_shape(const pti_geometry *g, uint32_t prim) {
     }
     return (uint32_t)lo;
 }
-/* Large slanted triangles fill little of their boxes. They are cut into pieces with boxes of their own before the tree is built
-   (Ernst and Greiner 2007): each piece still means the whole triangle. What a box of half area A wastes around edges e1 and e2,
+/* Large slanted triangles fill little of their boxes. Where no spatial splits will cut them (see pti_find_cut), they are cut
+   into pieces with boxes of their own before the tree is built (Ernst and Greiner 2007): each piece still means the whole
+   triangle. What a box of half area A wastes around edges e1 and e2,
        w = A - |e1 x e2|_1    (0 for a parallelogram's half that lies along the axes),
    k pieces make w / k; for a given number of pieces in all, the sum is least with k proportional to sqrt(w). Only what stands
    out is worth it: k = sqrt(w) / reach, rounded down, and reach is twice the mean of sqrt(w), more if room is scarce. So
@@ -3122,8 +3123,8 @@ static inline uint32_t pti_triangles_sse2(const pti_packet *p, const pti_ray *r,
 PTI_AVX2 PTI_INLINE uint32_t pti_triangles_avx2(const pti_packet *p, const pti_ray *r, float tmax, pti_lanes *out) {
     return pti_triangles_x86(p, r, tmax, out);           /* the same, in the shorter encoding */
 }
-/* The other way round: which are missed. Floats that are not negative, and those that are as long as only one of a comparison is,
-   compare as integers do, in a quarter of the time; an exit that is negative is before tmin, however much. */
+/* The other way round: which are missed. As integers, floats compare in a quarter of the time, and the same way unless both are
+   negative. The entry is not, since tmin is not; and of exits that are, it is enough that they are below it. */
 PTI_AVX2 PTI_INLINE __m256 pti_boxes_avx2(const pti_node *n, const pti_ray *r, float limit, __m256 *enter) {
 #define PTI_SLAB(which, k) _mm256_castps_si256(_mm256_fmadd_ps(_mm256_loadu_ps(pti_planes(n, r->which##_row[k])), \
     _mm256_broadcast_ss(&r->which##_inverse[k]), _mm256_broadcast_ss(&r->which##_add[k])))
