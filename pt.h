@@ -2599,24 +2599,20 @@ static pti_branch pti_branch_make(size_t begin, size_t end, uint32_t split) {
     p.begin = begin; p.end = end; p.split = split; p.area = 0;
     return p;
 }
-static int pti_open_halves(const pti_builder *b, const pti_branch *p, int k, int places, pti_branch *part);
-static int pti_open_branch(const pti_builder *b, const pti_branch *p, int places, pti_branch *part) {       /* returns how many */
+/* The children of a node, or what takes up to so many places in one. Returns how many they are. */
+static int pti_open_branch(const pti_builder *b, const pti_branch *p, int places, int is_node, pti_branch *part) {
+    const pti_halves *s = b->splits + p->split;
+    pti_branch left, right;
     float cost;
-    int k;
+    int k, count;
     *part = *p;
     if (!p->split || places == 1) return 1;
-    k = pti_halves_share(b, b->splits + p->split, places, &cost);
-    return b->splits[p->split].cost[0] <= cost ? 1 : pti_open_halves(b, p, k, places, part);
-}
-static int pti_open_halves(const pti_builder *b, const pti_branch *p, int k, int places, pti_branch *part) {
-    const pti_halves *s = b->splits + p->split;
-    pti_branch left = pti_branch_make(p->begin, s->middle, s->left), right = pti_branch_make(s->middle, p->end, s->right);
-    int count = pti_open_branch(b, &left, k, part);
-    return count + pti_open_branch(b, &right, places - k, part + count);
-}
-static int pti_open_node(const pti_builder *b, const pti_branch *p, pti_branch part[PTI_WIDTH]) {
-    float cost;
-    return pti_open_halves(b, p, pti_halves_share(b, b->splits + p->split, PTI_WIDTH, &cost), PTI_WIDTH, part);
+    k = pti_halves_share(b, s, places, &cost);
+    if (!is_node && s->cost[0] <= cost) return 1;
+    left = pti_branch_make(p->begin, s->middle, s->left);
+    right = pti_branch_make(s->middle, p->end, s->right);
+    count = pti_open_branch(b, &left, k, 0, part);
+    return count + pti_open_branch(b, &right, places - k, 0, part + count);
 }
 static void pti_branch_box(const pti_builder *b, const pti_branch *p, pti_bounds *box) {
     size_t i;
@@ -2702,7 +2698,7 @@ static uint32_t pti_lay_out(pti_builder *b, const pti_branch *p, size_t *used, p
         else if (rest->count < PTI_PLACES) { rest->place[rest->count++].whole = *p; return PTI_NONE; }
     }
     *used += PTI_NODE_BLOCKS;
-    count = pti_open_node(b, p, part);
+    count = pti_open_branch(b, p, PTI_WIDTH, 1, part);
     if (b->g->bvh.blocks || rest) pti_order_branches(b, part, box, count);
     if (b->g->bvh.blocks) {
         n = pti_node_at(&b->g->bvh, at);
