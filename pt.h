@@ -2535,12 +2535,13 @@ static int pti_halves_share(const pti_builder *b, const pti_halves *s, int place
 }
 static void pti_halves_weigh(pti_builder *b, uint32_t split) {
     pti_halves *s = b->splits + split;
-    float x = s->hi[0] - s->lo[0], y = s->hi[1] - s->lo[1], z = s->hi[2] - s->lo[2], cost;
+    float x, y, z, cost;
     int places;
     if (!split || s->cost[0] >= 0) return;
     pti_halves_weigh(b, s->left);
     pti_halves_weigh(b, s->right);
     pti_halves_share(b, s, PTI_WIDTH, &cost);
+    x = s->hi[0] - s->lo[0]; y = s->hi[1] - s->lo[1]; z = s->hi[2] - s->lo[2];
     s->cost[0] = x * y + y * z + z * x + cost;
     for (places = 2; places < PTI_WIDTH; places++) {
         pti_halves_share(b, s, places, &cost);
