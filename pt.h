@@ -1043,7 +1043,7 @@ static void pti_parallel(int threads, pti_work *work, void *user, size_t count) 
 }
 
 /* Four floats side by side, for the boxes of a tree that is being built. The smaller, the larger: b where a is NaN. What
-   pti_f4_if makes of a is NaN unless k, which is 0 or 1. pti_f4_below: bit k where a is less. */
+   pti_f4_if makes of a is NaN unless k, which is 0 or 1. */
 #if defined(PTI_X86)
 typedef __m128 pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { return _mm_loadu_ps((const float *)p); }
@@ -1056,8 +1056,10 @@ PTI_INLINE pti_f4 pti_f4_mul(pti_f4 a, pti_f4 b) { return _mm_mul_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_div(pti_f4 a, pti_f4 b) { return _mm_div_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return _mm_min_ps(a, b); }
 PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return _mm_max_ps(a, b); }
-PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) { return _mm_or_ps(a, _mm_castsi128_ps(_mm_set1_epi32((int)(k - 1)))); }
-PTI_INLINE uint32_t pti_f4_below(pti_f4 a, pti_f4 b) { return (uint32_t)_mm_movemask_ps(_mm_cmplt_ps(a, b)); }
+PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) {     /* or-ing four words read: quicker than to make them from k */
+    static const int32_t unless[8] = { -1, -1, -1, -1, 0, 0, 0, 0 };
+    return _mm_or_ps(a, _mm_loadu_ps((const float *)(const void *)(unless + 4 * k)));
+}
 PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { _mm_storeu_si128((__m128i *)(void *)p, _mm_cvttps_epi32(a)); }
 #elif defined(PTI_NEON)
 typedef float32x4_t pti_f4;
@@ -1073,10 +1075,6 @@ PTI_INLINE pti_f4 pti_f4_min(pti_f4 a, pti_f4 b) { return vminnmq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_max(pti_f4 a, pti_f4 b) { return vmaxnmq_f32(a, b); }
 PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) {
     return vreinterpretq_f32_u32(vorrq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(k - 1)));
-}
-PTI_INLINE uint32_t pti_f4_below(pti_f4 a, pti_f4 b) {
-    static const uint32_t bits[4] = { 1, 2, 4, 8 };
-    return vaddvq_u32(vandq_u32(vcltq_f32(a, b), vld1q_u32(bits)));
 }
 PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { vst1q_s32(p, vcvtq_s32_f32(a)); }
 #else
@@ -1100,12 +1098,6 @@ PTI_F4_EACH(pti_f4_max, a.v[k] > b.v[k] ? a.v[k] : b.v[k])
 PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) {
     if (!k) memset(a.v, 0xff, sizeof a.v);
     return a;
-}
-PTI_INLINE uint32_t pti_f4_below(pti_f4 a, pti_f4 b) {
-    uint32_t mask = 0;
-    int k;
-    for (k = 0; k < 4; k++) mask |= (uint32_t)(a.v[k] < b.v[k]) << k;
-    return mask;
 }
 PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { int k; for (k = 0; k < 4; k++) p[k] = (int32_t)a.v[k]; }
 #endif
@@ -2221,15 +2213,17 @@ static void pti_bins_layout(pti_bins *bins, const pti_range *r, int size) {
 PTI_INLINE pti_f4 pti_bins_of(const pti_bins *bins, pti_f4 center) {       /* to be rounded down */
     return pti_f4_mul(pti_f4_sub(center, bins->lo), bins->scale);
 }
-PTI_INLINE void pti_bins_put(pti_bins *bins, const pti_ref *ref) {
+PTI_INLINE void pti_bin_put(pti_bins *bins, int axis, int at, pti_f4 lo, pti_f4 hi) {
+    pti_box_merge(&bins->box[axis][at], lo, hi);
+    bins->count[axis][at]++;
+}
+PTI_INLINE void pti_bins_put(pti_bins *bins, const pti_ref *ref) {         /* no loop: plain -O2 leaves it one, half as fast */
     pti_f4 lo = pti_f4_load(ref->lo), hi = pti_f4_load(ref->hi);
     int32_t at[4];
-    int axis;
     pti_f4_store_whole(at, pti_bins_of(bins, pti_f4_add(lo, hi)));
-    for (axis = 0; axis < 3; axis++) {
-        pti_box_merge(&bins->box[axis][at[axis]], lo, hi);
-        bins->count[axis][at[axis]]++;
-    }
+    pti_bin_put(bins, 0, at[0], lo, hi);
+    pti_bin_put(bins, 1, at[1], lo, hi);
+    pti_bin_put(bins, 2, at[2], lo, hi);
 }
 /* Neighbours often share a bin, and each waits for the one before; so two halves go side by side. */
 static void pti_bins_fill(pti_bins *bins, const pti_builder *b, const pti_range *r) {
@@ -2290,16 +2284,15 @@ static void pti_bins_halves(const pti_bins *bins, int axis, int at, pti_box *lef
 static void pti_partition(pti_builder *b, const pti_range *r, const pti_bins *bins, int axis, int at, pti_range *left,
                           pti_range *right) {
     pti_box ours = pti_box_empty(), theirs = ours;       /* the centres, on the left and on the right */
-    float border[4] = { -1, -1, -1, -1 };
-    pti_f4 below;
+    float from[4], scale[4];
     size_t i, middle = r->begin;
     pti_bins_halves(bins, axis, at, &left->box, &right->box);
-    border[axis] = (float)at;
-    below = pti_f4_load(border);
+    pti_f4_store(from, bins->lo);
+    pti_f4_store(scale, bins->scale);
     for (i = r->begin; i < r->end; i++) {
         pti_ref *here = b->refs + i, *there = b->refs + middle;
         pti_f4 lo = pti_f4_load(here->lo), hi = pti_f4_load(here->hi), c = pti_f4_add(lo, hi);
-        uint32_t goes_left = pti_f4_below(pti_bins_of(bins, c), below) != 0;
+        uint32_t goes_left = (here->lo[axis] + here->hi[axis] - from[axis]) * scale[axis] < (float)at;   /* as pti_bins_of */
         pti_box_add(&ours, pti_f4_if(goes_left, c));
         pti_box_add(&theirs, pti_f4_if(!goes_left, c));
         *here = *there;
