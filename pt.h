@@ -790,7 +790,7 @@ static inline pt_vec3 pt_v3(float x, float y, float z) { pt_vec3 v; v.x = x; v.y
 
 #if defined(__GNUC__)
 #define PTI_INLINE static inline __attribute__((always_inline))
-#define PTI_AVX2   __attribute__((target("avx2,fma,bmi,lzcnt,popcnt")))
+#define PTI_AVX2   __attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt")))
 #define PTI_NOINLINE static __attribute__((noinline))
 #define PTI_FETCH(p) __builtin_prefetch(p)               /* into the cache, for later */
 #else
@@ -894,7 +894,7 @@ static int pti_isa_supported(int isa) {
         __asm__ volatile("xgetbv" : "=a"(lo), "=d"(hi) : "c"(0));
         if ((lo & 6) != 6) return 0;                                           /* and saves the wide registers */
         if (!__get_cpuid(0x80000001u, &a, &b, &c, &d) || !(c & (1u << 5))) return 0;      /* LZCNT */
-        return __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & (1u << 3)) && (b & (1u << 5));      /* BMI1; AVX2 */
+        return __get_cpuid_count(7, 0, &a, &b, &c, &d) && !(~b & (1u << 3 | 1u << 5 | 1u << 8));       /* BMI1; AVX2; BMI2 */
     }
 #elif defined(PTI_NEON)
     if (isa == PTI_NEON_ISA) return 1;
