@@ -3841,7 +3841,9 @@ static pt_vec3 pti_texture_mean_on_triangle(const pti_texture *t, const float a[
    constant media some flights are drawn, with the share w, by
        e(t) = sum_k Phi_k / (D_k^2 + (t - t_k)^2) / integral of that,
    lamp k being nearest to the ray at t_k, D_k away (equiangular sampling, Kulla and Fajardo 2012). Then
-       P_c = (1 - w) sigma_t,c T_c + w e at a hit, without q's sigma_t,       P_c = (1 - w) T_c + w (1 - E(t)) where it passes. */
+       P_c = (1 - w) sigma_t,c T_c + w e at a hit, without q's sigma_t,       P_c = (1 - w) T_c + w (1 - E(t)) where it passes.
+   And where passing is worth nothing, since behind the one volume all is black, or its light was added already, a flight need not
+   pass: then it is drawn from those that hit, sigma_t T / (1 - T(end)), or evenly where the stretch is thin, and T(end) near 1. */
 
 /* Phase functions: densities over directions, per steradian, that are their own sampling. Draine's (2003),
        D(u) = 1 / (4 pi)  (1 - g^2) / (1 + g^2 - 2 g u)^(3/2)  (1 + alpha u^2) / (1 + alpha (1 + 2 g^2) / 3),
@@ -4061,6 +4063,7 @@ typedef struct pti_flight {                              /* a ray of unit length
     const struct pti_volume *aimed_in;                   /* whose stretch up to `end` `aimed` has, */
     int is_aimed;                                        /* and whether w > 0 */
     pti_aimed aimed;
+    int blind;                                           /* there is one volume, and behind it nothing to be seen */
 } pti_flight;
 
 static void pti_span_begin(pti_span *s, const pti_flight *f, const pti_volume *v, float tmax) {
@@ -4190,7 +4193,8 @@ static int pti_aimed_weigh(const pti_flight *f, const pti_volume *v, pti_aimed *
     sky = f->sky * (sigma > 0 ? (1 - pti_exp(-sigma * length)) / sigma : length);
     if (!(a->sum > 1e-30 && a->sum < 1e30)) return 0;
     a->share = PTI_AIM_SHARE * (float)(keen / (a->sum + (double)sky));
-    return a->share > 0.02f;
+    if (!(a->share > 0.02f)) a->share = 0;
+    return a->share > 0;
 }
 /* Sets f->aimed, where there is one stretch at most. */
 static void pti_flight_aim(pti_flight *f, const pti_volume *v) {
@@ -4198,7 +4202,7 @@ static void pti_flight_aim(pti_flight *f, const pti_volume *v) {
     if (f->aimed_in == v || v->kind == PTI_IN_CLOSED || pti_medium_tracked(v->medium)) return;
     f->aimed_in = v;
     f->is_aimed = 0;
-    f->aimed.from = f->aimed.to = 0;
+    f->aimed.from = f->aimed.to = f->aimed.share = 0;
     pti_span_begin(&s, f, v, f->end);
     if (!pti_span_next(&s)) return;
     f->aimed.from = s.from; f->aimed.to = s.to;
@@ -4235,6 +4239,20 @@ static float pti_aimed_sample(const pti_flight *f, const pti_aimed *a, uint32_t 
     d = (double)f->aims[k].distance;
     pti_sincos_double(a->first[k] + a->angle[k] * (double)pti_u01(u), &sine, &cosine);
     return pti_clamp((float)((double)f->aims[k].at + d * sine / cosine), a->from, a->to);
+}
+/* A flight that must hit: where, and its density for a channel, over the hero's T(t), which is 1 / inverse; r: the channel's. */
+#define PTI_FORCED_THIN 0.1f
+static float pti_forced_sample(const pti_aimed *a, float sigma, float u) {
+    float length = a->to - a->from, depth = sigma * length;
+    if (depth < PTI_FORCED_THIN) return a->from + u * length;
+    return pti_min(a->from - pti_log(1 - u * (1 - pti_exp(-depth))) / sigma, a->to);
+}
+static float pti_forced_pdf(const pti_aimed *a, float sigma, float r, float inverse) {
+    float length = a->to - a->from, depth = sigma * length;
+    return depth < PTI_FORCED_THIN ? inverse / length : sigma * r / (1 - pti_exp(-depth));
+}
+static int pti_flight_forced(const pti_flight *f, const pti_volume *v) {
+    return f->blind && f->aimed_in == v && f->aimed.to > f->aimed.from;
 }
 
 /* Hits, virtual ones too, one after the other: mu is the majorant along the way, tau the optical depth left to the next. A
@@ -4386,6 +4404,10 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
             f->weigh = 1;
             if (pti_split(&u, f->aimed.share)) return pti_min(pti_aimed_sample(f, &f->aimed, u), tmax);
         }
+        if (pti_flight_forced(f, v)) {
+            f->weigh = 1;
+            return pti_forced_sample(&f->aimed, sigma, pti_u01(u));
+        }
         if (!(sigma > 0)) return tmax;
         tau = pti_exponential(pti_u01(u)) / sigma;
         if (f->aimed_in == v) return tau < pti_span_length(f, v, tmax) ? pti_min(f->aimed.from + tau, tmax) : tmax;
@@ -4404,11 +4426,14 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
     *exceeded |= k.exceeded;
     return tmax;
 }
-/* P_c of a volume whose distances are aimed; T_c over the hero's is r, and T the hero's 1 / inverse. */
-static pt_vec3 pti_aimed_density(const pti_flight *f, const pti_aimed *a, const pti_medium *m, float t, int hit, pt_vec3 r,
-                                 float inverse) {
-    float w = a->share, e = w * inverse * (hit ? pti_aimed_pdf(f, a, t) : pti_aimed_beyond(f, a, t));
-    if (hit) r = pti_mul(r, m->sigma_t);
+/* P_c of a volume whose distances are aimed, or forced to hit; T_c over the hero's is r, and T the hero's 1 / inverse. */
+static pt_vec3 pti_aimed_density(const pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 r, float inverse) {
+    const pti_aimed *a = &f->aimed;
+    pt_vec3 s = v->medium->sigma_t;
+    float w = a->share, e = w > 0 ? w * inverse * (hit ? pti_aimed_pdf(f, a, t) : pti_aimed_beyond(f, a, t)) : 0.0f;
+    if (hit && pti_flight_forced(f, v))
+        r = pt_v3(pti_forced_pdf(a, s.x, r.x, inverse), pti_forced_pdf(a, s.y, r.y, inverse), pti_forced_pdf(a, s.z, r.z, inverse));
+    else if (hit) r = pti_mul(r, s);
     return pt_v3((1 - w) * r.x + e, (1 - w) * r.y + e, (1 - w) * r.z + e);
 }
 static pt_vec3 pti_density_at(const pti_flight *f, const pti_volume *v, float t) {
@@ -4431,7 +4456,7 @@ static void pti_volume_weigh(pti_flight *f, const pti_volume *v, float t, int hi
     pt_vec3 r;
     int aims;
     pti_flight_aim(f, v);
-    aims = f->aimed_in == v && f->is_aimed;
+    aims = f->aimed_in == v && (f->is_aimed || f->blind);
     if (hit) *F = pti_mul(*F, m->sigma_s);
     if (hit && !aims) *P = pti_mul(*P, m->sigma_t);
     if (hit && m->channels == 3) {                       /* else the density is in both alike */
@@ -4445,7 +4470,7 @@ static void pti_volume_weigh(pti_flight *f, const pti_volume *v, float t, int hi
         r = pti_exp3(pt_v3(pti_min((hero - m->sigma_t.x) * length, 80), pti_min((hero - m->sigma_t.y) * length, 80),
                            pti_min((hero - m->sigma_t.z) * length, 80)));
         *F = pti_mul(*F, r);
-        if (aims) *P = pti_mul(*P, pti_aimed_density(f, &f->aimed, m, t, hit, r, pti_exp(pti_min(hero * length, 80))));
+        if (aims) *P = pti_mul(*P, pti_aimed_density(f, v, t, hit, r, pti_exp(pti_min(hero * length, 80))));
         else if (m->scatters) *P = pti_mul(*P, r);
         return;
     }
@@ -9531,8 +9556,13 @@ static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler
 static float pti_sky_mean(const pti_environment *sky) {
     return sky->irradiance ? sky->irradiance[PTI_RECEIVER_ALL] / (4 * PTI_PI) : sky->present ? sky->mean : 0.0f;
 }
+/* Paths by the BSDF alone are there to compare with: their flights just hit or pass. */
+static int pti_path_is_naive(const pti_tracer *t) {
+    const pt_weights *w = &t->weights;
+    return w->bsdf > 0 && !(w->lights > 0) && !(w->environment > 0);
+}
 /* Lamps that the flight's distances are aimed at: all if they are few, else those that the tree chooses for two places on the
-   way. No path by the BSDF alone is aimed, since such are there to compare with. */
+   way. */
 static void pti_path_aim_at(pti_flight *f, const pti_lamp *l) {
     pti_aim *aim = f->aims + f->aim_count++;
     pt_vec3 d = pti_sub(l->p, f->org);
@@ -9543,10 +9573,8 @@ static void pti_path_aim_at(pti_flight *f, const pti_lamp *l) {
 }
 static void pti_path_aim(const pti_tracer *t, pti_flight *f, float end) {
     const pti_lights *l = &t->scene->lights;
-    const pt_weights *w = &t->weights;
     pti_receiver r;
     uint32_t k;
-    if (w->bsdf + w->environment > 0 && !(w->lights > 0)) return;
     f->sky = 4 * PTI_PI * pti_sky_mean(&t->scene->environment);
     if (l->count <= PTI_AIMS) {
         for (k = 0; k < l->count; k++) pti_path_aim_at(f, f->volumes->lamps + k);
@@ -9621,9 +9649,14 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     f.hero = 0;
     f.aim_count = 0;
     f.aimed_in = NULL;
-    if (volumes->aim && t->scene->lights.count) pti_path_aim(t, &f, at);
+    f.blind = 0;
     c->exceeded = 0;
-    pti_path_see(t, &f, at, m != NULL, c);
+    if (!pti_path_is_naive(t)) {
+        if (volumes->aim && t->scene->lights.count) pti_path_aim(t, &f, at);
+        pti_path_see(t, &f, at, m != NULL, c);
+        f.blind = volumes->count == 1 && !volumes->emit && pti_is_zero3(c->Le)
+               && (!m || (m->plain && pti_is_zero3(m->desc.color)));
+    }
     if (volumes->chromatic) pti_path_hero(sampler, f.group, c->beta, &q, &f.hero);
     hit = pti_flight_hit(&f, &at, &c->exceeded);
     if (volumes->emit) c->L = pti_add(c->L, pti_mul(c->beta, pti_flight_glow(&f, at, q)));

@@ -928,6 +928,86 @@ static void weights_make_up_for_sampling(void) {
     }
 }
 
+/* Where passing is worth nothing, a flight is drawn from those that hit: as a closed form has it, from thin to thick. */
+static void flights_that_must_hit(void) {
+    static const pt_vec3 sigma_s[] = { { 0.001f, 0.001f, 0.001f }, { 1, 1, 1 }, { 8, 8, 8 }, { 0.02f, 0.3f, 2 }, { 0, 0.5f, 30 } };
+    static const pt_vec3 q = { 0.2f, 0.5f, 0.3f };
+    int i, aims, n, ch, exceeded = 0;
+    for (i = 0; i < 5; i++) for (aims = 0; aims < 3; aims += 2) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(0, 0);
+        double want[3] = { 0, 0, 0 };
+        stats_moments m[3];
+        pti_sampler sampler;
+        pti_flight f;
+        d.sigma_s = sigma_s[i];
+        if (i == 3) d.sigma_a = pt_v3(0.1f, 0, 0.5f);
+        memset(m, 0, sizeof m);
+        for (ch = 0; ch < 3; ch++) for (n = 0; n < 100000; n++) {
+            double x = -1 + (n + 0.5) * 2e-5, sigma = (double)pti_axis(pti_add(d.sigma_a, d.sigma_s), ch);
+            want[ch] += (double)pti_axis(d.sigma_s, ch) * exp(-sigma * (x + 1)) * (1 + x * x) * 2e-5;
+        }
+        fill_box(s, -1, 1, &d);
+        if (!commit(s)) return;
+        memset(&f, 0, sizeof f);
+        memset(&sampler, 0, sizeof sampler);
+        sampler.pixel_seed = 31 + (uint32_t)i;
+        sampler.kind = PT_SAMPLER_RANDOM;
+        f.volumes = &s->volumes; f.trace = pti_trace_for(s->isa);
+        f.org = pt_v3(-2, 0, 0); f.dir = pt_v3(1, 0, 0);
+        f.group = PTI_GROUP_FLIGHT; f.sampler = &sampler;
+        f.blind = 1;
+        f.aims[0].at = 2.3f; f.aims[0].distance = 0.1f; f.aims[0].power = 1;
+        f.aims[1].at = 1.5f; f.aims[1].distance = 0.4f; f.aims[1].power = 3;
+        f.aim_count = aims;
+        for (n = 0; n < 300000; n++) {
+            const pti_volume *hit;
+            float t = FLT_MAX, u = ((float)(n % 1000) + 0.5f) / 1000;
+            pt_vec3 w;
+            pti_sampler_start(&sampler, (uint32_t)n);
+            f.index = (uint32_t)n;
+            f.hero = u < q.x ? 0 : u < q.x + q.y ? 1 : 2;
+            f.aimed_in = NULL;
+            hit = pti_flight_hit(&f, &t, &exceeded);
+            if (!hit) { test_case("%d, %d aims, flight %d passes", i, aims, n); CHECK(hit != NULL); break; }
+            w = pti_flight_weight(&f, t, hit, q);
+            for (ch = 0; ch < 3; ch++) stats_push(&m[ch], (double)pti_axis(w, ch) * (1 + ((double)t - 2) * ((double)t - 2)));
+        }
+        for (ch = 0; ch < 3; ch++) {
+            test_case("%d, %d aims, channel %d: %g, should be %g", i, aims, ch, m[ch].mean, want[ch]);
+            if (want[ch] > 0) {
+                CHECK_P(stats_t_test(&m[ch], want[ch]));
+                CHECK(stats_error(&m[ch]) < 0.01 * want[ch]);
+            } else CHECK(m[ch].mean == 0);
+        }
+        pt_scene_destroy(s);
+    }
+}
+/* A void looks as black walls do that are not quite black, before which flights may pass. */
+static void a_void_is_like_dark_walls(void) {
+    int way, walls;
+    for (way = 1; way < 3; way++) {
+        stats_moments m[2][BLOCKS];
+        memset(m, 0, sizeof m);
+        for (walls = 0; walls < 2; walls++) {
+            pt_scene *s = pt_scene_create(NULL);
+            pt_render_desc d = view(pt_v3(0, 0.3f, 4), pt_v3(0, 0, 0), 30, 8, 32);
+            pt_medium_desc fog = grey_medium(0, 0);
+            fog.sigma_s = pt_v3(0.03f, 0.5f, 3); fog.sigma_a = pt_v3(0.05f, 0, 0.2f);
+            pt_add_sphere(s, pt_v3(0.3f, 0, 0), 0.3f, diffuse(s, 0.6f));
+            pt_add_quad(s, pt_v3(-0.5f, 1.3f, -0.5f), pt_v3(1, 0, 0), pt_v3(0, 0, 1), lamp(s, 20, 1));
+            fill_box(s, -1, 1, &fog);
+            if (walls) pt_add_sphere(s, pt_v3(0, 0, 0), 30, diffuse(s, 1e-6f));
+            d.weights = ways[way].weights;
+            d.integrator = ways[way].integrator;
+            if (!commit(s)) return;
+            push_blocks(m[walls], s, &d, 24, (uint64_t)(1000 * (way + 2) + 100 * walls));
+            pt_scene_destroy(s);
+        }
+        compare_blocks(ways[way].name, m[0], m[1]);
+    }
+}
+
 /* Grids come back from their files as they went; broken ones are refused in words, and no byte less makes one. */
 typedef struct bytes { unsigned char data[600]; size_t size; } bytes;
 static int keep(void *user, const void *data, size_t size) {
@@ -976,6 +1056,7 @@ void test_medium(void) {
     RUN(phases_fit_their_densities); RUN(halos_fit_their_density); RUN(mean_cosines);
     RUN(transmittance_of_a_box); RUN(transmittance_of_a_grid); RUN(majorants_hold); RUN(bounds_of_all_kinds); RUN(overlapping_volumes_add_up);
     RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
+    RUN(flights_that_must_hit); RUN(a_void_is_like_dark_walls);
     RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab); RUN(fire_lights_a_floor);
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
     RUN(agrees_on_smoke_a_channel);
