@@ -4044,6 +4044,7 @@ typedef struct pti_aim { float at, distance, power; } pti_aim;       /* a lamp: 
 /* e in one volume, on the one stretch there is. */
 typedef struct pti_aimed {
     float share, from, to;                               /* w; the stretch, empty if there is none */
+    pt_vec3 T;                                           /* of all of it */
     double sum, angle[PTI_AIMS], first[PTI_AIMS];        /* the integral; of each lamp, what it sees of the stretch, from where */
     float weight[PTI_AIMS];                              /* Phi_k, dimmed by the way to where it is nearest */
 } pti_aimed;
@@ -4170,6 +4171,10 @@ static uint32_t pti_flight_draw(const pti_flight *f, const pti_volume *v) {
     return u[0];
 }
 static float pti_exponential(float u) { return -pti_log(1 - u); }
+static pt_vec3 pti_exp3(pt_vec3 x) {                     /* of greys, once; of 0, not at all */
+    float e = x.x == 0 ? 1.0f : pti_exp(x.x);
+    return pt_v3(e, x.y == x.x ? e : pti_exp(x.y), x.z == x.x ? e : pti_exp(x.z));
+}
 
 /* 0: w is 0. It is the lamps' part of what light is there, less where they are so far off the ray, in mean free paths, that
    1 / r^2 hardly changes within one. */
@@ -4190,7 +4195,7 @@ static int pti_aimed_weigh(const pti_flight *f, const pti_volume *v, pti_aimed *
         keen += part / (double)(1 + sigma * sigma * r);
     }
     length = a->to - a->from;
-    sky = f->sky * (sigma > 0 ? (1 - pti_exp(-sigma * length)) / sigma : length);
+    sky = f->sky * (sigma > 0 ? (1 - pti_luminance(a->T)) / sigma : length);
     if (!(a->sum > 1e-30 && a->sum < 1e30)) return 0;
     a->share = PTI_AIM_SHARE * (float)(keen / (a->sum + (double)sky));
     if (!(a->share > 0.02f)) a->share = 0;
@@ -4203,9 +4208,11 @@ static void pti_flight_aim(pti_flight *f, const pti_volume *v) {
     f->aimed_in = v;
     f->is_aimed = 0;
     f->aimed.from = f->aimed.to = f->aimed.share = 0;
+    f->aimed.T = pt_v3(1, 1, 1);
     pti_span_begin(&s, f, v, f->end);
     if (!pti_span_next(&s)) return;
     f->aimed.from = s.from; f->aimed.to = s.to;
+    f->aimed.T = pti_exp3(pti_scale(v->medium->sigma_t, s.from - s.to));
     f->is_aimed = f->aim_count && v->medium->scatters && pti_aimed_weigh(f, v, &f->aimed);
 }
 static float pti_aimed_pdf(const pti_flight *f, const pti_aimed *a, float t) {
@@ -4242,14 +4249,13 @@ static float pti_aimed_sample(const pti_flight *f, const pti_aimed *a, uint32_t 
 }
 /* A flight that must hit: where, and its density for a channel, over the hero's T(t), which is 1 / inverse; r: the channel's. */
 #define PTI_FORCED_THIN 0.1f
-static float pti_forced_sample(const pti_aimed *a, float sigma, float u) {
-    float length = a->to - a->from, depth = sigma * length;
-    if (depth < PTI_FORCED_THIN) return a->from + u * length;
-    return pti_min(a->from - pti_log(1 - u * (1 - pti_exp(-depth))) / sigma, a->to);
+static int pti_forced_thin(const pti_aimed *a, float sigma) { return sigma * (a->to - a->from) < PTI_FORCED_THIN; }
+static float pti_forced_sample(const pti_aimed *a, float sigma, float T, float u) {
+    if (pti_forced_thin(a, sigma)) return a->from + u * (a->to - a->from);
+    return pti_min(a->from - pti_log(1 - u * (1 - T)) / sigma, a->to);
 }
-static float pti_forced_pdf(const pti_aimed *a, float sigma, float r, float inverse) {
-    float length = a->to - a->from, depth = sigma * length;
-    return depth < PTI_FORCED_THIN ? inverse / length : sigma * r / (1 - pti_exp(-depth));
+static float pti_forced_pdf(const pti_aimed *a, float sigma, float T, float r, float inverse) {
+    return pti_forced_thin(a, sigma) ? inverse / (a->to - a->from) : sigma * r / (1 - T);
 }
 static int pti_flight_forced(const pti_flight *f, const pti_volume *v) {
     return f->blind && f->aimed_in == v && f->aimed.to > f->aimed.from;
@@ -4406,7 +4412,7 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
         }
         if (pti_flight_forced(f, v)) {
             f->weigh = 1;
-            return pti_forced_sample(&f->aimed, sigma, pti_u01(u));
+            return pti_forced_sample(&f->aimed, sigma, pti_channel(f->aimed.T, f->hero), pti_u01(u));
         }
         if (!(sigma > 0)) return tmax;
         tau = pti_exponential(pti_u01(u)) / sigma;
@@ -4432,7 +4438,8 @@ static pt_vec3 pti_aimed_density(const pti_flight *f, const pti_volume *v, float
     pt_vec3 s = v->medium->sigma_t;
     float w = a->share, e = w > 0 ? w * inverse * (hit ? pti_aimed_pdf(f, a, t) : pti_aimed_beyond(f, a, t)) : 0.0f;
     if (hit && pti_flight_forced(f, v))
-        r = pt_v3(pti_forced_pdf(a, s.x, r.x, inverse), pti_forced_pdf(a, s.y, r.y, inverse), pti_forced_pdf(a, s.z, r.z, inverse));
+        r = pt_v3(pti_forced_pdf(a, s.x, a->T.x, r.x, inverse), pti_forced_pdf(a, s.y, a->T.y, r.y, inverse),
+                  pti_forced_pdf(a, s.z, a->T.z, r.z, inverse));
     else if (hit) r = pti_mul(r, s);
     return pt_v3((1 - w) * r.x + e, (1 - w) * r.y + e, (1 - w) * r.z + e);
 }
@@ -4442,10 +4449,6 @@ static pt_vec3 pti_density_at(const pti_flight *f, const pti_volume *v, float t)
     k.t = t;
     k.mu = FLT_MAX;
     return pti_tracker_density(&k);
-}
-static pt_vec3 pti_exp3(pt_vec3 x) {                     /* of greys, once; of 0, not at all */
-    float e = x.x == 0 ? 1.0f : pti_exp(x.x);
-    return pt_v3(e, x.y == x.x ? e : pti_exp(x.y), x.z == x.x ? e : pti_exp(x.z));
 }
 /* F_i and P_c up to t, or of a hit at t, over the hero's transmittance, which is never 0 where it has been: *F and *P are
    multiplied. */
@@ -4486,12 +4489,14 @@ static void pti_volume_weigh(pti_flight *f, const pti_volume *v, float t, int hi
     }
 }
 /* Transmittance, for rays that nothing else is asked of: by ratio tracking where it varies, in the mean (Novak et al. 2014). */
-static pt_vec3 pti_volume_transmittance(const pti_flight *f, const pti_volume *v, float t) {
+static pt_vec3 pti_volume_transmittance(pti_flight *f, const pti_volume *v, float t) {
     const pti_medium *m = v->medium;
     pt_vec3 T = pt_v3(1, 1, 1);
     pti_tracker k;
     float length;
     if (!pti_medium_tracked(m)) {
+        if (t == f->end && f->volumes->count == 1) pti_flight_aim(f, v);       /* which will be asked anyway */
+        if (t == f->end && f->aimed_in == v) return f->aimed.T;
         length = pti_span_length(f, v, t);
         return pti_exp3(pti_scale(m->sigma_t, -length));
     }
@@ -4571,7 +4576,7 @@ static int pti_flight_is_plain(const pti_flight *f, float t) {
     while ((v = pti_visit_next(&visit, t)) != NULL) if (pti_medium_tracked(v->medium)) return 0;
     return 1;
 }
-static pt_vec3 pti_flight_transmittance(const pti_flight *f, float t) {
+static pt_vec3 pti_flight_transmittance(pti_flight *f, float t) {
     pt_vec3 T = pt_v3(1, 1, 1);
     const pti_volume *v;
     pti_visit visit;
@@ -9615,7 +9620,7 @@ typedef struct pti_carried { pt_vec3 L, beta, potential, Le; int exceeded; } pti
 /* What a ray's end emits is worth Le if the flight gets there, or T Le in any case: the same in the mean. The latter is better for
    lamps, since rays are aimed at them; the former for an even sky, since paths end there sooner or later, wherever they leave. So
    T Le it is for a part of Le, that above the sky's mean, where T is known without trying. */
-static void pti_path_see(const pti_tracer *t, const pti_flight *f, float end, int lamp, pti_carried *c) {
+static void pti_path_see(const pti_tracer *t, pti_flight *f, float end, int lamp, pti_carried *c) {
     float l = pti_luminance(c->Le), part = lamp ? 1.0f : l > 0 ? 1 - pti_sky_mean(&t->scene->environment) / l : 0.0f;
     pt_vec3 seen = pti_scale(c->Le, part);
     if (!(l > 0) || part < 0.01f || !pti_flight_is_plain(f, end)) return;
@@ -9647,6 +9652,8 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     f.seed = pti_hash2(sampler->pixel_seed, f.group);
     f.index = sampler->index;
     f.hero = 0;
+    f.end = at;
+    f.sky = 0;
     f.aim_count = 0;
     f.aimed_in = NULL;
     f.blind = 0;
