@@ -1307,16 +1307,23 @@ static int pti_xform_invert(const pt_xform *x, pt_xform *out) {    /* Cramer, in
     return 1;
 }
 
+/* The nearest whole number, and the one below, of what is less than 2^31: C's floor is a call. */
+static int pti_nearest(double x) { return (int)(x < 0 ? x - 0.5 : x + 0.5); }
+static int pti_below(float x) {
+    int i = (int)x;
+    return i - (x < (float)i);
+}
+
 /* sin x and cos x, |x| <= 2^20. x = k pi/2 + r with |r| <= pi/4: k picks the quadrant, r goes into the series. pi/2 is
    split in two (Cody and Waite), so that k times the first part is exact. */
 static void pti_sincos_double(double x, double *sine, double *cosine) {
-    double k = floor(x * 0.6366197723675814 + 0.5);
-    double r = (x - k * 1.5707963267341256) - k * 6.077100506506192e-11, z = r * r;
+    int quadrant = pti_nearest(x * 0.6366197723675814);
+    double k = (double)quadrant, r = (x - k * 1.5707963267341256) - k * 6.077100506506192e-11, z = r * r;
     double s = r * (1 + z * (-1.0 / 6 + z * (1.0 / 120 + z * (-1.0 / 5040 + z * (1.0 / 362880 + z * (-1.0 / 39916800
              + z * (1.0 / 6227020800.0)))))));
     double c = 1 + z * (-1.0 / 2 + z * (1.0 / 24 + z * (-1.0 / 720 + z * (1.0 / 40320 + z * (-1.0 / 3628800
              + z * (1.0 / 479001600 + z * (-1.0 / 87178291200.0)))))));
-    switch ((int)k & 3) {
+    switch (quadrant & 3) {
     case 0:  *sine = s;  *cosine = c;  break;
     case 1:  *sine = c;  *cosine = -s; break;
     case 2:  *sine = -s; *cosine = -c; break;
@@ -1330,19 +1337,21 @@ static void pti_sincos(float x, float *sine, float *cosine) {
     *cosine = (float)c;
 }
 
-/* e^x = 2^k e^r with |r| <= ln 2 / 2. */
+/* e^x = 2^k e^r with |r| <= ln 2 / 2. Even and odd powers wait for each other less than one long chain. */
 static float pti_exp_double(double x) {
-    double k, r, p;
+    double r, z, even, odd;
     uint64_t bits;
+    int k;
     if (!(x >= -104)) return x != x ? (float)x : 0.0f;
     if (x > 88.7228391) return PTI_INF;                  /* ln of the largest float, and a half ulp */
-    k = floor(x * 1.4426950408889634 + 0.5);
-    r = x - k * 0.6931471805599453;
-    p = 1 + r * (1 + r * (1.0 / 2 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720 + r * (1.0 / 5040
-      + r * (1.0 / 40320 + r * (1.0 / 362880 + r * (1.0 / 3628800))))))))));
-    bits = (uint64_t)(1023 + (int)k) << 52;              /* 2^k */
-    memcpy(&r, &bits, sizeof r);
-    return (float)(p * r);
+    k = pti_nearest(x * 1.4426950408889634);
+    r = x - (double)k * 0.6931471805599453;
+    z = r * r;
+    even = 1 + z * (1.0 / 2 + z * (1.0 / 24 + z * (1.0 / 720 + z * (1.0 / 40320 + z * (1.0 / 3628800)))));
+    odd = 1 + z * (1.0 / 6 + z * (1.0 / 120 + z * (1.0 / 5040 + z * (1.0 / 362880))));
+    bits = (uint64_t)(1023 + k) << 52;                   /* 2^k */
+    memcpy(&z, &bits, sizeof z);
+    return (float)((even + r * odd) * z);
 }
 static inline float pti_exp(float x) { return pti_exp_double((double)x); }
 
@@ -1382,7 +1391,7 @@ static double pti_atan2_double(double y, double x) {
     if (!(ax > 0 || ay > 0)) { ax = 1; ay = 0; }         /* (0, 0) looks along +x */
     t = ay < ax ? ay / ax : ax / ay;
     if (t != t) t = 1;                                   /* both infinite */
-    c = floor(t * 8 + 0.5);
+    c = (double)pti_nearest(t * 8);
     z = (t - c / 8) / (1 + t * (c / 8));
     a = eighth[(int)c] + z * (1 - z * z * (1.0 / 3 - z * z * (1.0 / 5 - z * z * (1.0 / 7 - z * z * (1.0 / 9)))));
     if (!(ay < ax)) a = 1.5707963267948966 - a;
@@ -3613,14 +3622,12 @@ PTI_INLINE float pti_wrap(float x, pt_wrap wrap) {
 /* The two of n texels next to a coordinate in [0,1], and how far it is from the middle of the one to the other's. A
    mirrored border is its own neighbour, like a clamped one. */
 PTI_INLINE float pti_texel_pair(float x, int n, pt_wrap wrap, int *first, int *second) {
-    float whole;
     int i;
     x = x * (float)n - 0.5f;
-    whole = floorf(x);
-    i = (int)whole;
+    i = pti_below(x);
     *first = i >= 0 ? i : wrap == PT_WRAP_REPEAT ? n - 1 : 0;
     *second = i + 1 < n ? i + 1 : wrap == PT_WRAP_REPEAT ? 0 : n - 1;
-    return x - whole;
+    return x - (float)i;
 }
 static int pti_texel_nearest(float x, int n) {
     int i = (int)(x * (float)n);
@@ -8881,7 +8888,7 @@ static void pti_guide_walk(const pti_guide *g, const pti_guide_record *r, pti_gu
     way->count = 0;
     for (k = 0; k < 3; k++) {
         float o = (pti_axis(r->p, k) - pti_axis(g->origin, k)) / g->size, d = pti_axis(r->wi, k) / g->size;
-        v[k] = (int)floorf(pti_clamp(o, -1, PTI_GUIDE_GRID));
+        v[k] = pti_below(pti_clamp(o, -1, PTI_GUIDE_GRID));
         if (v[k] < 0 || v[k] >= PTI_GUIDE_GRID) return;
         step[k] = d < 0 ? -1 : 1;
         delta[k] = fabsf(d) > 1e-30f ? 1 / fabsf(d) : 1e30f;
@@ -9185,7 +9192,7 @@ static float pti_share_size(float x) {
     memcpy(&x, &bits, sizeof x);
     return x * 0.25f;
 }
-static uint32_t pti_share_coordinate(float x) { return (uint32_t)(int32_t)floorf(pti_clamp(x, -1e9f, 1e9f)); }
+static uint32_t pti_share_coordinate(float x) { return (uint32_t)pti_below(pti_clamp(x, -1e9f, 1e9f)); }
 static uint32_t pti_share_cell(const pti_shares *s, const pt_vertex *x) {
     float size = pti_share_size(pti_length(pti_sub(x->p, s->eye))), ax = fabsf(x->ns.x), ay = fabsf(x->ns.y), az = fabsf(x->ns.z);
     uint32_t face = ax > ay && ax > az ? x->ns.x > 0 : ay > az ? 2 + (x->ns.y > 0) : 4 + (x->ns.z > 0), h;
@@ -9839,7 +9846,7 @@ static int pti_path_split(const pti_walk *w, const pti_path *path, pti_mixture *
     if (most < 2 || w->trail || mix->surface->delta >= 0.999f || *w->rays - w->first_ray > PTI_SPLIT_RAYS) return 1;
     n = pti_mixture_split(mix, pti_largest(path->potential));
     if (!(n > 1)) return 1;                              /* nor with NaN */
-    return n < (float)most ? (int)n + pti_split(&u, n - floorf(n)) : most;
+    return n < (float)most ? (int)n + pti_split(&u, n - (float)(int)n) : most;
 }
 /* Ray k of n, from mix, where *path stands. All are strata of one number: ray k has u + k/n (mod 1), and so its own part of the
    mixture. The other numbers are shifted by a constant, which leaves them stratified over the samples. */
