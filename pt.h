@@ -1319,10 +1319,12 @@ static int pti_below(float x) {
 static void pti_sincos_double(double x, double *sine, double *cosine) {
     int quadrant = pti_nearest(x * 0.6366197723675814);
     double k = (double)quadrant, r = (x - k * 1.5707963267341256) - k * 6.077100506506192e-11, z = r * r;
-    double s = r * (1 + z * (-1.0 / 6 + z * (1.0 / 120 + z * (-1.0 / 5040 + z * (1.0 / 362880 + z * (-1.0 / 39916800
-             + z * (1.0 / 6227020800.0)))))));
-    double c = 1 + z * (-1.0 / 2 + z * (1.0 / 24 + z * (-1.0 / 720 + z * (1.0 / 40320 + z * (-1.0 / 3628800
-             + z * (1.0 / 479001600 + z * (-1.0 / 87178291200.0)))))));
+    double w = z * z;                                    /* half of each series at a time: shorter chains */
+    double s = (1 + w * (1.0 / 120 + w * (1.0 / 362880 + w * (1.0 / 6227020800.0))))
+             - z * (1.0 / 6 + w * (1.0 / 5040 + w * (1.0 / 39916800)));
+    double c = (1 + w * (1.0 / 24 + w * (1.0 / 40320 + w * (1.0 / 479001600))))
+             - z * (1.0 / 2 + w * (1.0 / 720 + w * (1.0 / 3628800 + w * (1.0 / 87178291200.0))));
+    s *= r;
     switch (quadrant & 3) {
     case 0:  *sine = s;  *cosine = c;  break;
     case 1:  *sine = c;  *cosine = -s; break;
