@@ -6365,8 +6365,17 @@ static const pti_emitter *pti_lights_choose(const pti_lights *l, const pti_recei
     }
     return l->emitters + n->first;
 }
-/* The emitter that drew a direction, if one did, and its density there, which then need not be computed again. */
-typedef struct pti_drawn { const pti_emitter *by; float pdf; } pti_drawn;
+typedef struct pti_on_map { int known; float u, v; } pti_on_map;
+/* What is known of a direction, and need not be computed again: the emitter that drew it, if one did, and its density there; and
+   where on the environment's map it is. */
+typedef struct pti_drawn { const pti_emitter *by; float pdf; pti_on_map sky; } pti_drawn;
+static pti_drawn pti_drawn_nothing(void) {
+    pti_drawn d;
+    d.by = NULL;
+    d.pdf = 0;
+    d.sky.known = 0;
+    return d;
+}
 static int pti_lights_sample(const pti_lights *l, const pti_receiver *r, uint32_t choice, float u, float v, pt_vec3 *wi,
                              pti_drawn *drawn) {
     drawn->by = pti_lights_choose(l, r, choice);
@@ -6665,15 +6674,19 @@ static pt_vec3 pti_environment_turn(const pti_environment *e, pt_vec3 d, float d
     float s = e->sine * direction;
     return pt_v3(e->cosine * d.x + s * d.z, d.y, e->cosine * d.z - s * d.x);
 }
-static pt_vec3 pti_environment_map(const pti_environment *e, pt_vec3 d) {      /* d in the map's own frame */
-    float u, v;
-    if (e->radiance) return pti_mul(e->color, e->radiance(e->user, d));
-    if (!e->texture) return e->color;
-    pti_direction_to_uv(d, &u, &v);
-    return pti_mul(e->color, pti_texture_bilinear(e->texture, u, v, 1));
+static void pti_environment_place(const pti_environment *e, pt_vec3 wi, pti_on_map *at) {
+    if (!at->known) pti_direction_to_uv(pti_environment_turn(e, wi, -1), &at->u, &at->v);
+    at->known = 1;
 }
-static pt_vec3 pti_environment_radiance(const pti_environment *e, pt_vec3 wi) {
-    pt_vec3 L = e->present ? pti_environment_map(e, pti_environment_turn(e, wi, -1)) : pt_v3(0, 0, 0);
+static pt_vec3 pti_environment_map(const pti_environment *e, pt_vec3 wi, pti_on_map *at) {
+    if (e->radiance) return pti_mul(e->color, e->radiance(e->user, pti_environment_turn(e, wi, -1)));
+    if (!e->texture) return e->color;
+    pti_environment_place(e, wi, at);
+    return pti_mul(e->color, pti_texture_bilinear(e->texture, at->u, at->v, 1));
+}
+/* at: where wi is on the map, if that is known; else it will be. */
+static pt_vec3 pti_environment_radiance(const pti_environment *e, pt_vec3 wi, pti_on_map *at) {
+    pt_vec3 L = e->present ? pti_environment_map(e, wi, at) : pt_v3(0, 0, 0);
     size_t i;
     for (i = 0; i < e->sun_count; i++) if (pti_sun_holds(e->suns + i, wi)) L = pti_add(L, e->suns[i].radiance);
     return L;
@@ -6728,7 +6741,7 @@ static int pti_parts_find(const float *parts, int n, int step, float *u) {
     return lo;
 }
 /* u decides between map and suns first; then v draws a row of fields and one of the cells in it, u the columns. */
-static int pti_environment_sample(const pti_environment *e, int receiver, uint32_t u, float v, pt_vec3 *wi) {
+static int pti_environment_sample(const pti_environment *e, int receiver, uint32_t u, float v, pt_vec3 *wi, pti_on_map *at) {
     const float *parts = pti_environment_parts(e, receiver);
     pti_table2 field;
     float x, y;
@@ -6746,15 +6759,16 @@ static int pti_environment_sample(const pti_environment *e, int receiver, uint32
     x = (x + (float)column) / PTI_ENVIRONMENT_ACROSS;
     y = (y + (float)row) / PTI_ENVIRONMENT_DOWN;
     *wi = pti_normalize(pti_environment_turn(e, pti_uv_to_direction(x, y), 1));
+    at->known = 1; at->u = x; at->v = y;
     return 1;
 }
-static float pti_environment_pdf_map(const pti_environment *e, const float *parts, pt_vec3 wi) {
+static float pti_environment_pdf_map(const pti_environment *e, const float *parts, pt_vec3 wi, pti_on_map *at) {
     float u, v, sine = pti_max(sqrtf(wi.x * wi.x + wi.z * wi.z), 1e-10f), p;
     pti_table2 field;
     int x, y, i;
-    pti_direction_to_uv(pti_environment_turn(e, wi, -1), &u, &v);
-    u *= PTI_ENVIRONMENT_ACROSS;
-    v *= PTI_ENVIRONMENT_DOWN;
+    pti_environment_place(e, wi, at);
+    u = at->u * PTI_ENVIRONMENT_ACROSS;
+    v = at->v * PTI_ENVIRONMENT_DOWN;
     x = (int)pti_clamp(u, 0, PTI_ENVIRONMENT_ACROSS - 1);
     y = (int)pti_clamp(v, 0, PTI_ENVIRONMENT_DOWN - 1);
     i = y * PTI_ENVIRONMENT_ACROSS + x;
@@ -6762,9 +6776,9 @@ static float pti_environment_pdf_map(const pti_environment *e, const float *part
     p = pti_pdf_table2(&field, u - (float)x, v - (float)y) * (parts[i + 1] - parts[i]);
     return p * (PTI_ENVIRONMENT_ACROSS * PTI_ENVIRONMENT_DOWN) / (2 * PTI_PI * PTI_PI * sine);   /* over |d wi / d(u,v)| */
 }
-static float pti_environment_pdf(const pti_environment *e, int receiver, pt_vec3 wi) {
+static float pti_environment_pdf(const pti_environment *e, int receiver, pt_vec3 wi, pti_on_map *at) {
     const float *parts = pti_environment_parts(e, receiver);
-    float p = e->field_count ? pti_environment_pdf_map(e, parts, wi) : 0.0f;
+    float p = e->field_count ? pti_environment_pdf_map(e, parts, wi, at) : 0.0f;
     size_t i;
     parts += e->field_count;
     for (i = 0; i < e->sun_count; i++) p += (parts[i + 1] - parts[i]) * pti_sun_pdf(e->suns + i, wi);
@@ -6793,7 +6807,7 @@ static float pti_tent_integral(float x) {
 static float pti_environment_texel(const pti_environment *e, int x, int y, int width, int height) {
     float l, u = ((float)x + 0.5f) / (float)width, v = ((float)y + 0.5f) / (float)height;
     l = pti_luminance(e->texture ? pti_mul(e->color, pti_texel(e->texture, x, y))
-                                 : pti_environment_map(e, pti_uv_to_direction(u, v)));
+                                 : pti_mul(e->color, e->radiance(e->user, pti_uv_to_direction(u, v))));
     return l > 0 && l < FLT_MAX ? l : 0.0f;
 }
 /* Adds one row of texels to a row of n cells. */
@@ -9265,13 +9279,13 @@ static float pti_mixture_split(pti_mixture *m, float potential) {      /* how ma
     return n;
 }
 /* What the lights' densities have in it. */
-static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi, const pti_drawn *drawn) {
+static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi, pti_drawn *drawn) {
     float p = m->lights > 0 ? m->lights * pti_lights_pdf(&m->scene->lights, &m->receiver, wi, drawn) : 0.0f;
-    return m->environment > 0 ? p + m->environment * pti_environment_pdf(&m->scene->environment, m->sky, wi) : p;
+    return m->environment > 0 ? p + m->environment * pti_environment_pdf(&m->scene->environment, m->sky, wi, &drawn->sky) : p;
 }
 /* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
    that is 0, nobody wants to know p. *guided: what the guide has in it. drawn: or NULL. */
-static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, const pti_drawn *drawn, pt_vec3 *f, float *guided) {
+static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pti_drawn *drawn, pt_vec3 *f, float *guided) {
     const pt_scene *s = m->scene;
     float p, share;
     size_t i;
@@ -9306,14 +9320,14 @@ static int pti_mixture_sample_lights(const pti_mixture *m, uint32_t u, uint32_t 
     drawn->by = NULL;
     if (m->environment <= 0 || (m->lights > 0 && pti_split(choice, m->lights)))
         return pti_lights_sample(&s->lights, &m->receiver, choice[0], pti_u01(u), pti_u01(v), wi, drawn);
-    return pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), wi);
+    return pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), wi, &drawn->sky);
 }
 
 static int pti_is_direction(pt_vec3 d) { return fabsf(pti_dot(d, d) - 1) < 1e-3f; }         /* not with NaN */
 
 /* A next direction: weight = f |cos| / p. p: 0 of a delta. plain: p over what it would be without the guide, for roulette:
    through a window, weights are small just because light is there. */
-typedef struct pti_step { pt_vec3 wi, weight; int delta; float p, plain; } pti_step;
+typedef struct pti_step { pt_vec3 wi, weight; int delta; float p, plain; pti_on_map sky; } pti_step;
 
 /* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
    picks among lights or the user's densities, its second number what a lobe has to decide; they may be 0 where neither is.
@@ -9324,10 +9338,11 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     uint32_t among = choice[0];
     pt_vec3 f;
     pt_scatter scatter;
-    pti_drawn lamp = { NULL, 0 };
+    pti_drawn known = pti_drawn_nothing();
     int drawn;
     memset(&scatter, 0, sizeof scatter);
     step->delta = 0;
+    step->sky.known = 0;
     step->p = 0;
     step->plain = 1;
     if (others <= 0 || pti_split(&u, m->bsdf)) {
@@ -9337,9 +9352,9 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
         step->wi = pti_guide_sample(m->guided, m->cell, m->x->p, u, v);
         drawn = 1;
     } else if (m->lights > 0 && pti_split(&u, m->lights / (others - m->guide))) {
-        drawn = pti_lights_sample(&s->lights, &m->receiver, among, pti_u01(u), pti_u01(v), &step->wi, &lamp);
+        drawn = pti_lights_sample(&s->lights, &m->receiver, among, pti_u01(u), pti_u01(v), &step->wi, &known);
     } else if (m->users <= 0 || (m->environment > 0 && pti_split(&u, m->environment / (m->environment + m->users)))) {
-        drawn = m->environment > 0 && pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), &step->wi);
+        drawn = m->environment > 0 && pti_environment_sample(&s->environment, m->sky, u, pti_u01(v), &step->wi, &known.sky);
     } else {
         uv[0] = pti_u01(u); uv[1] = pti_u01(v);
         drawn = pti_mixture_sample_user(m, &among, uv, &step->wi);
@@ -9353,7 +9368,8 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
     }
     step->weight = pt_v3(-1, -1, -1);                    /* a user's NaN, or no unit vector: the path will see it */
     if (!pti_is_direction(step->wi)) return 1;
-    p = pti_mixture_pdf(m, step->wi, &lamp, &f, &guided);
+    p = pti_mixture_pdf(m, step->wi, &known, &f, &guided);
+    step->sky = known.sky;
     if (pti_is_zero3(f) || p <= 0) return 0;             /* NaN goes on: the film will count it */
     step->p = p;
     step->weight = pti_scale(f, 1 / p);
@@ -9366,6 +9382,7 @@ static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, cons
 static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *step, const pti_shares *s, pt_vec3 L,
                              pt_vec3 beta, uint64_t rays, pti_share_trail *trail) {
     pti_share_record *r = trail->records + trail->count;
+    pti_on_map sky = step->sky;
     pt_vec3 f;
     int k;
     if (trail->count == PTI_SHARE_TRAIL || step->delta || (m->bsdf + m->users >= 1 && !m->guided)) return;
@@ -9381,7 +9398,7 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
     r->part[PTI_PART_LIGHTS] = step->p > 0 && m->lights > 0
         ? pti_lights_pdf(&m->scene->lights, &m->receiver, step->wi, NULL) / step->p : 0.0f;
     r->part[PTI_PART_ENVIRONMENT] = step->p > 0 && m->environment > 0
-        ? pti_environment_pdf(&m->scene->environment, m->sky, step->wi) / step->p : 0.0f;
+        ? pti_environment_pdf(&m->scene->environment, m->sky, step->wi, &sky) / step->p : 0.0f;
     r->guide.p = m->x->p;
     r->guide.wi = step->wi;
     r->guide.face = pti_guide_face(m->x);
@@ -9734,14 +9751,14 @@ static int pti_nee_split(pti_mixture *m, int each, pti_nee *n) {
     n->lights.environment /= sum;
     return 1;
 }
-static float pti_nee_pdf(const pti_nee *n, pt_vec3 wi, const pti_drawn *drawn, int each) {
+static float pti_nee_pdf(const pti_nee *n, pt_vec3 wi, pti_drawn *drawn, int each) {
     const pti_mixture *m = &n->lights;
     const pti_lights *l = &m->scene->lights;
     float p = 0;
     size_t i;
     if (!each) return pti_mixture_pdf_lights(m, wi, drawn);
     for (i = 0; m->lights > 0 && i < l->count; i++) p += pti_drawn_pdf(drawn, l->emitters + i, m->receiver.p, wi);
-    return m->environment > 0 ? p + n->each * pti_environment_pdf(&m->scene->environment, m->sky, wi) : p;
+    return m->environment > 0 ? p + n->each * pti_environment_pdf(&m->scene->environment, m->sky, wi, &drawn->sky) : p;
 }
 static float pti_power_heuristic(float p, float other) {
     float r = p > 0 ? other / p : 0.0f;
@@ -9749,15 +9766,16 @@ static float pti_power_heuristic(float p, float other) {
 }
 /* The weight of emission that the path's own ray along wi found. */
 static float pti_nee_found(const pti_tracer *t, const pti_nee *n, pt_vec3 wi) {
+    pti_drawn nothing = pti_drawn_nothing();
     if (!(n->p > 0)) return 1;
-    return pti_power_heuristic(n->p, pti_nee_pdf(n, wi, NULL, t->integrator == PT_INTEGRATOR_NEE_ALL));
+    return pti_power_heuristic(n->p, pti_nee_pdf(n, wi, &nothing, t->integrator == PT_INTEGRATOR_NEE_ALL));
 }
 /* What the nearest surface emits, or the sky. */
-static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_vec3 wi, uint64_t *rays) {
+static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_vec3 wi, pti_on_map *sky, uint64_t *rays) {
     pt_vertex x;
     pt_vec3 L, org = pti_spawn(from, wi);
     const pti_material *m = pti_path_trace(t, org, wi, from->time, &x, rays);
-    if (!m) L = pti_environment_radiance(&t->scene->environment, wi);
+    if (!m) L = pti_environment_radiance(&t->scene->environment, wi, sky);
     else {
         if (!m->emits) return pt_v3(0, 0, 0);
         x.wavelength = from->wavelength;
@@ -9767,12 +9785,12 @@ static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_
     return pti_mul(L, pti_path_transmittance(t, org, wi, from->time, m ? x.t : FLT_MAX));
 }
 /* f |cos| Le w_l / p_l for a wi that was drawn from the lights. */
-static pt_vec3 pti_nee_gather(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, pt_vec3 wi, const pti_drawn *drawn,
+static pt_vec3 pti_nee_gather(const pti_tracer *t, const pti_nee *n, const pti_mixture *m, pt_vec3 wi, pti_drawn *drawn,
                               uint64_t *rays) {
     pt_vec3 f, L;
-    float guided, q = pti_mixture_pdf(m, wi, NULL, &f, &guided), p;
+    float guided, q = pti_mixture_pdf(m, wi, drawn, &f, &guided), p;
     if (pti_is_zero3(f)) return f;
-    L = pti_mul(f, pti_path_emission(t, m->x, wi, rays));
+    L = pti_mul(f, pti_path_emission(t, m->x, wi, &drawn->sky, rays));
     if (pti_is_zero3(L)) return L;
     p = pti_nee_pdf(n, wi, drawn, t->integrator == PT_INTEGRATOR_NEE_ALL);
     return p > 0 ? pti_scale(L, pti_power_heuristic(p, q) / p) : pt_v3(0, 0, 0);
@@ -9781,7 +9799,7 @@ static pt_vec3 pti_nee_one(const pti_tracer *t, const pti_nee *n, const pti_mixt
                            uint32_t group, uint64_t *rays) {
     const pti_mixture *l = &n->lights;
     uint32_t u[2], choice[2] = { 0, 0 };
-    pti_drawn drawn;
+    pti_drawn drawn = pti_drawn_nothing();
     pt_vec3 wi;
     pti_draw2(sampler, group, 0, u);
     if (t->scene->lights.count > 1 || l->environment > 0) pti_draw2(sampler, group, 1, choice);
@@ -9799,11 +9817,12 @@ static pt_vec3 pti_nee_each(const pti_tracer *t, const pti_nee *n, const pti_mix
     for (k = 0; k < count + sky; k++) {
         pti_draw2(sampler, PTI_GROUP_SHADOW | pti_hash2(group, k), 0, u);
         if (k >= count) u[0] = (uint32_t)(((uint64_t)(k - count) << 32 | u[0]) / sky);
+        drawn = pti_drawn_nothing();
         drawn.by = k < count ? l->emitters + k : NULL;
         if (k < count) {
             drawn.pdf = pti_emitter_sample(drawn.by, m->receiver.p, pti_u01(u[0]), pti_u01(u[1]), &wi);
             is_drawn = drawn.pdf > 0;
-        } else is_drawn = pti_environment_sample(&t->scene->environment, m->sky, u[0], pti_u01(u[1]), &wi);
+        } else is_drawn = pti_environment_sample(&t->scene->environment, m->sky, u[0], pti_u01(u[1]), &wi, &drawn.sky);
         if (is_drawn) L = pti_add(L, pti_nee_gather(t, n, m, wi, &drawn, rays));
     }
     return L;
@@ -9821,6 +9840,7 @@ static pt_vec3 pti_nee_at(const pti_tracer *t, pti_mixture *m, const pti_sampler
 /* A path that is to go on along a ray. */
 typedef struct pti_path {
     pt_vec3 org, dir, beta, potential;
+    pti_on_map sky;                                      /* where dir is on it */
     float wavelength;                                    /* 0: all of them */
     uint32_t group;                                      /* of numbers, for its next vertex */
     int depth, diffuse;                                  /* scatterings so far, and those by diffuse lobes */
@@ -9881,6 +9901,7 @@ static void pti_path_send(pti_walk *w, const pti_path *path, const pti_mixture *
         next->potential = pti_scale(next->potential, surface->squeeze);
     next->org = pti_spawn(x, step.wi);
     next->dir = step.wi;
+    next->sky = step.sky;
     if (t->integrator) w->nee.p = step.p;
     w->count++;
 }
@@ -9912,7 +9933,7 @@ static void pti_path_follow(pti_walk *w) {
     path = *top;
     x.wavelength = path.wavelength;
     if (!m || m->emits) {
-        Le = m ? pti_material_emission(m, &x) : pti_environment_radiance(&s->environment, path.dir);
+        Le = m ? pti_material_emission(m, &x) : pti_environment_radiance(&s->environment, path.dir, &path.sky);
         Le = pti_scale(Le, pti_nee_found(t, &w->nee, path.dir));
     }
     if (s->volumes.count) {
@@ -9966,6 +9987,7 @@ static pt_vec3 pti_path_radiance(const pti_tracer *t, const pti_sampler *sampler
     w.nee.p = 0;
     w.count = 1;
     first->org = start->org; first->dir = start->dir;
+    first->sky.known = 0;
     first->beta = first->potential = pt_v3(1, 1, 1);
     first->wavelength = wavelength;
     first->group = 1;
