@@ -9199,23 +9199,23 @@ typedef struct pti_share_record {                        /* a vertex; rays: so f
 } pti_share_record;
 typedef struct pti_share_trail { int count; pti_share_record records[PTI_SHARE_TRAIL]; } pti_share_trail;
 
-/* 2^k / 4, with 2^k the power of two below x; exact, and so are quotients by it. */
-static float pti_share_size(float x) {
+/* 4 / 2^k, with 2^k the power of two below x; exact, and so are products with it. */
+static float pti_share_scale(float x) {
     uint32_t bits;
     x = pti_clamp(x, 1e-30f, 1e30f);
     memcpy(&bits, &x, sizeof bits);
     bits &= 0x7f800000u;
     memcpy(&x, &bits, sizeof x);
-    return x * 0.25f;
+    return 4 / x;
 }
 static uint32_t pti_share_coordinate(float x) { return (uint32_t)pti_below(pti_clamp(x, -1e9f, 1e9f)); }
 static uint32_t pti_share_cell(const pti_shares *s, const pt_vertex *x) {
-    float size = pti_share_size(pti_length(pti_sub(x->p, s->eye))), ax = fabsf(x->ns.x), ay = fabsf(x->ns.y), az = fabsf(x->ns.z);
+    float scale = pti_share_scale(pti_length(pti_sub(x->p, s->eye))), ax = fabsf(x->ns.x), ay = fabsf(x->ns.y), az = fabsf(x->ns.z);
     uint32_t face = ax > ay && ax > az ? x->ns.x > 0 : ay > az ? 2 + (x->ns.y > 0) : 4 + (x->ns.z > 0), h;
     h = pti_hash2(x->material.id, pti_dot(x->ng, x->wo) < 0 ? face + 6 : face);
-    h = pti_hash2(pti_share_coordinate(x->p.x / size), h);
-    h = pti_hash2(pti_share_coordinate(x->p.y / size), h);
-    return pti_hash2(pti_share_coordinate(x->p.z / size), h) % PTI_SHARE_CELLS;
+    h = pti_hash2(pti_share_coordinate(x->p.x * scale), h);
+    h = pti_hash2(pti_share_coordinate(x->p.y * scale), h);
+    return pti_hash2(pti_share_coordinate(x->p.z * scale), h) % PTI_SHARE_CELLS;
 }
 static void pti_mixture_learned(pti_mixture *m, const pti_shares *s) {
     float free_share = 1 - m->users, sum;
