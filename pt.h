@@ -3850,10 +3850,12 @@ static pt_vec3 pti_texture_mean_on_triangle(const pti_texture *t, const float a[
    Distances have a mixture, too. Near a small lamp light goes as 1 / r^2, which free flights do not know: bright specks. So in
    constant media some flights are drawn, with the share w, by
        e(t) = sum_k Phi_k / (D_k^2 + (t - t_k)^2) / integral of that,
-   lamp k being nearest to the ray at t_k, D_k away (equiangular sampling, Kulla and Fajardo 2012). Then
-       P_c = (1 - w) sigma_t,c T_c + w e at a hit, without q's sigma_t,       P_c = (1 - w) T_c + w (1 - E(t)) where it passes.
+   lamp k being nearest to the ray at t_k, D_k away (equiangular sampling, Kulla and Fajardo 2012), and Phi_k its power, dimmed
+   by the way to t_k. What stands under q_c for that volume is then, at a hit (in place of sigma_t,k,c P_c), and where it passes,
+       (1 - w) sigma_t,c T_c + w e(t),       (1 - w) T_c + w (1 - E(t)),       E(t) = integral of e up to t.
    And where passing is worth nothing, since behind the one volume all is black, or its light was added already, a flight need not
-   pass: then it is drawn from those that hit, sigma_t T / (1 - T(end)), or evenly where the stretch is thin, and T(end) near 1. */
+   pass: then the other share, 1 - w, is drawn from those that hit, sigma_t T / (1 - T(end)) in place of sigma_t T, or evenly, 1
+   over the length, where the stretch is thin, and T(end) near 1. Paths by the BSDF alone do neither: they are to compare with. */
 
 /* Phase functions: densities over directions, per steradian, that are their own sampling. Draine's (2003),
        D(u) = 1 / (4 pi)  (1 - g^2) / (1 + g^2 - 2 g u)^(3/2)  (1 + alpha u^2) / (1 + alpha (1 + 2 g^2) / 3),
@@ -4446,7 +4448,8 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
     *exceeded |= k.exceeded;
     return tmax;
 }
-/* P_c of a volume whose distances are aimed, or forced to hit; T_c over the hero's is r, and T the hero's 1 / inverse. */
+/* What a volume whose distances are aimed, or forced to hit, has under q_c, over the hero's T, as all weights here are: r is T_c
+   over the hero's T, and inverse is 1 over that. */
 static pt_vec3 pti_aimed_density(const pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 r, float inverse) {
     const pti_aimed *a = &f->aimed;
     pt_vec3 s = v->medium->sigma_t;
