@@ -554,9 +554,10 @@ typedef struct pt_stats {
     uint64_t rays, paths;
     uint64_t discarded;                                   /* samples not finite, negative or above 1e12, and those that
                                                              follow: counted as black */
-    uint64_t exceeded;                                    /* samples that met a density above its density_max, or so far below
-                                                             it that a flight of 2^18 looks did not end; the scene's logger
-                                                             hears of the first */
+    uint64_t exceeded;                                    /* samples that met a density above its density_max or NaN, or so far
+                                                             below it, or marched through in such small steps, that a flight
+                                                             of 2^18 looks did not end; the scene's logger hears of the
+                                                             first. (Shadow rays do not tell.) */
     double seconds;                                       /* inside pt_render_run; 0 with PT_NO_THREADS */
 } pt_stats;
 
@@ -3849,10 +3850,12 @@ static pt_vec3 pti_texture_mean_on_triangle(const pti_texture *t, const float a[
    Distances have a mixture, too. Near a small lamp light goes as 1 / r^2, which free flights do not know: bright specks. So in
    constant media some flights are drawn, with the share w, by
        e(t) = sum_k Phi_k / (D_k^2 + (t - t_k)^2) / integral of that,
-   lamp k being nearest to the ray at t_k, D_k away (equiangular sampling, Kulla and Fajardo 2012). Then
-       P_c = (1 - w) sigma_t,c T_c + w e at a hit, without q's sigma_t,       P_c = (1 - w) T_c + w (1 - E(t)) where it passes.
+   lamp k being nearest to the ray at t_k, D_k away (equiangular sampling, Kulla and Fajardo 2012), and Phi_k its power, dimmed
+   by the way to t_k. What stands under q_c for that volume is then, at a hit (in place of sigma_t,k,c P_c), and where it passes,
+       (1 - w) sigma_t,c T_c + w e(t),       (1 - w) T_c + w (1 - E(t)),       E(t) = integral of e up to t.
    And where passing is worth nothing, since behind the one volume all is black, or its light was added already, a flight need not
-   pass: then it is drawn from those that hit, sigma_t T / (1 - T(end)), or evenly where the stretch is thin, and T(end) near 1. */
+   pass: then the other share, 1 - w, is drawn from those that hit, sigma_t T / (1 - T(end)) in place of sigma_t T, or evenly, 1
+   over the length, where the stretch is thin, and T(end) near 1. Paths by the BSDF alone do neither: they are to compare with. */
 
 /* Phase functions: densities over directions, per steradian, that are their own sampling. Draine's (2003),
        D(u) = 1 / (4 pi)  (1 - g^2) / (1 + g^2 - 2 g u)^(3/2)  (1 + alpha u^2) / (1 + alpha (1 + 2 g^2) / 3),
@@ -4038,6 +4041,7 @@ typedef struct pti_volumes {
     pti_halos halos;
 } pti_volumes;
 
+#define PTI_FOG_END 1e15f                                /* so far does everywhere go, that squares of distances are finite */
 /* Stretches of a ray inside of a volume, one after the other, up to tmax. Bounds that are closed and do not cross themselves
    are left where a ray meets them from behind; so nothing need be known of where it starts. */
 typedef struct pti_span {
@@ -4074,6 +4078,7 @@ typedef struct pti_flight {                              /* a ray of unit length
     int is_aimed;                                        /* and whether w > 0 */
     pti_aimed aimed;
     int blind;                                           /* there is one volume, and behind it nothing to be seen */
+    int exceeded;                                        /* a density was above its maximum where a weight needed it */
 } pti_flight;
 
 static void pti_span_begin(pti_span *s, const pti_flight *f, const pti_volume *v, float tmax) {
@@ -4155,7 +4160,7 @@ static int pti_span_next(pti_span *s) {
     switch (s->volume->kind) {
     case PTI_IN_BOX:  pti_span_box(s); break;
     case PTI_IN_BALL: pti_span_ball(s); break;
-    default:          s->to = s->tmax;
+    default:          s->to = pti_min(s->tmax, PTI_FOG_END);
     }
     return s->to > s->from;
 }
@@ -4266,12 +4271,13 @@ static float pti_forced_sample(const pti_aimed *a, float sigma, float T, float u
 static float pti_forced_pdf(const pti_aimed *a, float sigma, float T, float r, float inverse) {
     return pti_forced_thin(a, sigma) ? inverse / (a->to - a->from) : sigma * r / (1 - T);
 }
-static int pti_flight_forced(const pti_flight *f, const pti_volume *v) {
-    return f->blind && f->aimed_in == v && f->aimed.to > f->aimed.from;
+static int pti_flight_forced(const pti_flight *f, const pti_volume *v) {      /* not in fog without end: what can hit, will */
+    return f->blind && f->aimed_in == v && f->aimed.to > f->aimed.from && f->aimed.to < PTI_FOG_END;
 }
 
 /* Hits, virtual ones too, one after the other: mu is the majorant along the way, tau the optical depth left to the next. A
    march makes one in the middle of each step, and calls 1 / step mu. */
+#define PTI_FLIGHT_LOOKS 262144                          /* a majorant far above all densities would take years: given up */
 typedef struct pti_tracker {
     const pti_medium *medium;
     pti_span span;
@@ -4280,7 +4286,8 @@ typedef struct pti_tracker {
     float coin;                                          /* a real hit, if below sigma_t / mu */
     pt_rng rng;
     pt_vec3 density;                                     /* at the hit, a channel */
-    int exceeded;                                        /* the callback did */
+    int looks;                                           /* how many more there may be */
+    int exceeded;                                        /* the callback did, or there were too many looks */
     int axis, plane[3], left[3], step[3];                /* which way it leaves the cell; the next planes; how many cells are
                                                             behind them; where the next one is in memory */
     const float *majorant;                               /* the cell's */
@@ -4337,6 +4344,7 @@ static void pti_tracker_begin(pti_tracker *k, const pti_flight *f, const pti_vol
     k->t = k->marched = k->steps = 0;
     k->mu = 0;
     k->leave = 0;
+    k->looks = PTI_FLIGHT_LOOKS;
     k->exceeded = 0;
 }
 static pt_vec3 pti_tracker_density(pti_tracker *k) {
@@ -4359,6 +4367,7 @@ static int pti_tracker_march(pti_tracker *k) {
     step = pti_min(k->medium->step, k->span.to - k->marched);
     k->t = k->marched + 0.5f * step;
     next = k->span.from + ++k->steps * step;             /* not marched + step: far away, that errs alike each time */
+    if (step == k->medium->step && !(next > k->marched)) k->exceeded = 1;      /* too small a step for floats so far away */
     k->marched = step < k->medium->step || !(next > k->marched) ? k->span.to : next;
     k->density = pti_tracker_density(k);
     k->mu = 1 / step;
@@ -4367,6 +4376,7 @@ static int pti_tracker_march(pti_tracker *k) {
 }
 /* The next hit before tmax, or 0. */
 static int pti_tracker_next(pti_tracker *k) {
+    if (k->looks-- <= 0) { k->exceeded = 1; return 0; }
     if (k->medium->tracking != PT_TRACK_EXACT) return pti_tracker_march(k);
     for (;;) {
         float end, tau;
@@ -4402,15 +4412,13 @@ static pt_vec3 pti_tracker_virtual(const pti_tracker *k) {      /* the probabili
     return pt_v3(1 - pti_tracker_real(k, s, 0), 1 - pti_tracker_real(k, s, 1), 1 - pti_tracker_real(k, s, 2));
 }
 
-/* Where the hero hits, or tmax. A majorant may be so far above all densities that a flight would take years: it is given up. */
-#define PTI_FLIGHT_HITS 262144
+/* Where the hero hits, or tmax. */
 static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int *exceeded) {
     const pti_medium *m = v->medium;
     float sigma = pti_channel(m->sigma_t, f->hero), tau, p;
     pti_tracker k;
     pti_span s;
     uint32_t u;
-    int left = PTI_FLIGHT_HITS;
     if (!m->scatters) return tmax;
     if (!pti_medium_tracked(m)) {
         u = pti_flight_draw(f, v);
@@ -4435,13 +4443,13 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
     while (pti_tracker_next(&k)) {
         p = pti_tracker_real(&k, m->sigma_t, f->hero);
         if (k.coin < p) { *exceeded |= k.exceeded; return k.t; }
-        if (!--left) { *exceeded = 1; return tmax; }
         pti_tracker_pass(&k, p);
     }
     *exceeded |= k.exceeded;
     return tmax;
 }
-/* P_c of a volume whose distances are aimed, or forced to hit; T_c over the hero's is r, and T the hero's 1 / inverse. */
+/* What a volume whose distances are aimed, or forced to hit, has under q_c, over the hero's T, as all weights here are: r is T_c
+   over the hero's T, and inverse is 1 over that. */
 static pt_vec3 pti_aimed_density(const pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 r, float inverse) {
     const pti_aimed *a = &f->aimed;
     pt_vec3 s = v->medium->sigma_t;
@@ -4496,6 +4504,7 @@ static void pti_volume_weigh(pti_flight *f, const pti_volume *v, float t, int hi
         if (m->scatters) *P = pti_mul(*P, r);
         pti_tracker_pass(&k, p);
     }
+    f->exceeded |= k.exceeded;
 }
 /* Transmittance, for rays that nothing else is asked of: by ratio tracking where it varies, in the mean (Novak et al. 2014). */
 static pt_vec3 pti_volume_transmittance(pti_flight *f, const pti_volume *v, float t) {
@@ -4633,6 +4642,7 @@ static pt_vec3 pti_glow_at(pti_flight *f, const pti_volume *v, float t, float in
     k.mu = FLT_MAX;
     if (m->varies) {
         pt_vec3 d = pti_tracker_density(&k);
+        f->exceeded |= k.exceeded;                       /* NaN */
         e = pti_mul(e, pt_v3(d.x / most, d.y / most, d.z / most));
     }
     if (pti_is_zero3(e)) return e;
@@ -7482,6 +7492,7 @@ static int pti_check_medium(pt_scene *s, const pt_medium_desc *d) {
         && pti_check(s, !d->density || (d->density_max > 0 && pti_in_range(d->density_max)), call,
                      "density needs a density_max above 0 and below 1e12", d->density_max)
         && pti_require(s, !d->density_bound || d->density, call, "density_bound without a density")
+        && pti_require(s, d->grid || (d->nx == 0 && d->ny == 0 && d->nz == 0), call, "nx, ny, nz, but grid is NULL")
         && (!d->grid || pti_check_grid(s, d))
         && pti_check(s, d->tracking >= PT_TRACK_EXACT && d->tracking <= PT_TRACK_MARCH_CDF, call, "tracking is no pt_tracking",
                      (float)(int)d->tracking)
@@ -8321,6 +8332,9 @@ static int pti_volume_bound(pti_volume *v, const pti_shape *shape, const pt_allo
     } else if (shape->kind == PTI_MESH && shape->as.mesh.box && pti_unit_of_mesh_box(&shape->as.mesh, &v->to_unit)) {
         v->kind = PTI_IN_BOX;
         return 1;
+    } else if (shape->kind == PTI_MESH && shape->as.mesh.box) {
+        v->kind = PTI_IN_BALL;                           /* a flat box has no inside */
+        memset(&v->ball, 0, sizeof v->ball);
     } else {
         v->kind = PTI_IN_CLOSED;
         if (shape->kind == PTI_INSTANCE) {
@@ -8354,9 +8368,10 @@ static int pti_volume_ask_bounds(pt_scene *s, pti_volume *v, const pti_medium *m
         for (k = 0; k < 8; k++)
             pti_bounds_point(&box, pti_xform_point(&from_unit, pt_v3(k & 1 ? unit.hi.x : unit.lo.x, k & 2 ? unit.hi.y : unit.lo.y,
                                                                      k & 4 ? unit.hi.z : unit.lo.z)));
-        most[i] = pti_max(m->density_bound(m->user, box.lo, box.hi), 0);
+        most[i] = m->density_bound(m->user, box.lo, box.hi);
         if (!pti_check(s, most[i] <= m->density_max, "pt_scene_commit", "density_bound must be at most density_max", most[i]))
-            return 0;
+            return 0;                                    /* NaN, too */
+        most[i] = pti_max(most[i], 0);
     }
     return 1;
 }
@@ -9682,7 +9697,7 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     f.sky = 0;
     f.aim_count = 0;
     f.aimed_in = NULL;
-    f.blind = 0;
+    f.blind = f.exceeded = 0;
     c->exceeded = 0;
     if (!pti_path_is_naive(t)) {
         if (volumes->aim && t->scene->lights.count) pti_path_aim(t, &f, at);
@@ -9692,9 +9707,11 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     }
     if (volumes->chromatic) pti_path_hero(sampler, f.group, c->beta, &q, &f.hero);
     hit = pti_flight_hit(&f, &at, &c->exceeded);
+    if (c->exceeded) return m;
     if (volumes->emit) c->L = pti_add(c->L, pti_mul(c->beta, pti_flight_glow(&f, at, q)));
-    if (!hit && !f.weigh) return m;
+    if (!hit && !f.weigh) { c->exceeded = f.exceeded; return m; }
     w = pti_flight_weight(&f, at, hit, q);
+    c->exceeded = f.exceeded;
     c->beta = pti_mul(c->beta, w);
     c->potential = pti_mul(c->potential, w);
     if (!hit) return m;
@@ -10700,8 +10717,8 @@ PT_DEF void pt_render_cancel(pt_render *r) {
 static void pti_render_warn(pt_render *r, uint64_t exceeded) {
     const pt_logger *l = &r->error.logger;
     if (exceeded && !r->stats.exceeded && l->log)
-        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max, or so far below it that flights do "
-                                       "not end; such samples are discarded");
+        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max, or so far below it, or marched "
+                                       "through in such small steps, that flights do not end; such samples are discarded");
     r->stats.exceeded += exceeded;
 }
 PT_DEF pt_result pt_render_work(pt_render *r) {

@@ -736,15 +736,19 @@ static float nan_density(void *user, pt_vec3 p) { (void)user; return p.x > 0.5f 
 static float hardly_any(void *user, pt_vec3 p) { (void)user; (void)p; return 1e-9f; }
 static void too_dense_functions_are_noticed(void) {
     int k;
-    for (k = 0; k < 4; k++) {                            /* the last: its maximum is so high that a flight would take years */
+    for (k = 0; k < 8; k++) {                            /* 3 and 6: its maximum is so high that a flight would take years */
         heard h = { 0, "" };
         pt_scene *s = pt_scene_create(&(pt_scene_desc){ .logger = { hear, &h } });
         pt_medium_desc d = grey_medium(0.5f, 2);
-        pt_render_desc v = view(pt_v3(3, 2, 4), pt_v3(0.5f, 0.5f, 0.5f), 20, k == 3 ? 4 : 16, 4);
-        pt_stats stats;
+        pt_render_desc v = view(pt_v3(3, 2, 4), pt_v3(0.5f, 0.5f, 0.5f), 20, k == 3 || k == 6 ? 4 : 16, 4);
+        pt_stats stats = { 0 };
         static float rgb[16 * 16 * 3];
         d.density = k == 3 ? hardly_any : k == 2 ? nan_density : ramp;
         d.density_max = k == 3 ? 1e12f : k == 1 ? 1 : 0.8f;
+        if (k > 3 && k < 7) d.sigma_s = pt_v3(0, 0, 0);  /* what only darkens is never hit, but looked at */
+        if (k == 5) d.density = nan_density;
+        if (k == 6) { d.density = hardly_any; d.density_max = 1e12f; }
+        if (k == 7) { d.density = NULL; d.density_max = 0; d.tracking = PT_TRACK_MARCH; d.step = 1e-9f; }
         fill_box(s, 0, 1, &d);
         sky(s, 1);
         if (!commit(s) || !render(s, &v, rgb, &stats)) return;
@@ -757,12 +761,13 @@ static void too_dense_functions_are_noticed(void) {
 }
 /* What is refused, and in which words. */
 static float low_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; (void)hi; return 3; }
+static float nan_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; (void)hi; return NAN; }
 static void bad_input_is_refused(void) {
     static const float grid[2] = { 1, -1 }, fine_grid[2] = { 1, 1 }, grid_a_channel[6] = { 1, 1, 1, 1, 1, -1 };
     static const char *words[] = { "sigma_a", "sigma_s", "emission", "g must", "g2 must", "mix must", "alpha must", "droplet_um",
         "phase is no", "phase_pdf", "only one", "density_max", "density_bound without", "nx must", "voxel (1, 0, 0)", "tracking is no",
         "step above 0", "needs bounds", "no medium", "medium 7", "shape, 9", "inside", "at most density_max", "NULL", "g must", "needs bounds",
-        "grid_channels must", "voxel (1, 0, 0)" };
+        "grid_channels must", "voxel (1, 0, 0)", "grid is NULL", "at most density_max" };
     int k;
     for (k = 0; k < (int)(sizeof words / sizeof *words); k++) {
         pt_scene *s = pt_scene_create(NULL);
@@ -793,6 +798,8 @@ static void bad_input_is_refused(void) {
         if (k == 24) d.g = NAN;
         if (k == 26) { d.grid = fine_grid; d.nx = d.ny = d.nz = 1; d.grid_channels = 2; }
         if (k == 27) { d.grid = grid_a_channel; d.nx = 2; d.ny = d.nz = 1; d.grid_channels = 3; }
+        if (k == 28) d.nx = d.ny = d.nz = 2;
+        if (k == 29) { d.density = ramp; d.density_max = 1; d.density_bound = nan_bound; }
         m = pt_add_medium(s, k == 23 ? NULL : &d);
         if (k == 17 || k == 25) pt_add_volume(s, everywhere, m);
         if (k == 18) m.id = 0;
@@ -1008,6 +1015,40 @@ static void a_void_is_like_dark_walls(void) {
     }
 }
 
+/* Fog that goes on for ever and is clear for red, or hardly there: nobody hits a particle 1e38 metres away. And a flat box, whose
+   walls are in one place, holds nothing. */
+static void fog_without_end_and_flat_boxes(void) {
+    static const pt_vec3 sigma_s[] = { { 0, 0.3f, 0.6f }, { 1e-20f, 0.3f, 1e-39f }, { 1e-39f, 1e-39f, 1e-39f }, { 1e-14f, 0, 0 } };
+    static float rgb[2][16 * 16 * 3];
+    pt_stats stats;
+    int i, k, flat;
+    for (i = 0; i < 4; i++) for (k = 1; k < 3; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(0, 0.3f, 4), pt_v3(0, 0, 0), 30, 16, 16);
+        pt_medium_desc fog = grey_medium(0, 0);
+        fog.sigma_s = sigma_s[i];
+        pt_add_sphere(s, pt_v3(0.3f, 0, 0), 0.5f, lamp(s, 5, 0));
+        pt_add_volume(s, everywhere, pt_add_medium(s, &fog));
+        d.integrator = ways[k].integrator;
+        d.max_depth = 8;
+        if (!commit(s) || !render(s, &d, rgb[0], &stats)) return;
+        test_case("fog %d, %s", i, ways[k].name);
+        CHECK(stats.discarded == 0);
+        CHECK(stats.rays < 40 * stats.paths);
+        pt_scene_destroy(s);
+    }
+    for (flat = 0; flat < 2; flat++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(0, 0.3f, 4), pt_v3(0, 0, 0), 30, 16, 4);
+        pt_medium_desc dark = grey_medium(1, 0);
+        pt_add_sphere(s, pt_v3(0.3f, 0, 0), 0.5f, lamp(s, 5, 0));
+        if (flat) pt_add_volume(s, pt_add_box(s, pt_v3(-1, -1, 1), pt_v3(1, 1, 1), NULL, no_material), pt_add_medium(s, &dark));
+        if (!commit(s) || !render(s, &d, rgb[flat], &stats)) return;
+        pt_scene_destroy(s);
+    }
+    CHECK(!memcmp(rgb[0], rgb[1], sizeof rgb[0]));
+}
+
 /* Grids come back from their files as they went; broken ones are refused in words, and no byte less makes one. */
 typedef struct bytes { unsigned char data[600]; size_t size; } bytes;
 static int keep(void *user, const void *data, size_t size) {
@@ -1056,7 +1097,7 @@ void test_medium(void) {
     RUN(phases_fit_their_densities); RUN(halos_fit_their_density); RUN(mean_cosines);
     RUN(transmittance_of_a_box); RUN(transmittance_of_a_grid); RUN(majorants_hold); RUN(bounds_of_all_kinds); RUN(overlapping_volumes_add_up);
     RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
-    RUN(flights_that_must_hit); RUN(a_void_is_like_dark_walls);
+    RUN(flights_that_must_hit); RUN(fog_without_end_and_flat_boxes); RUN(a_void_is_like_dark_walls);
     RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab); RUN(fire_lights_a_floor);
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
     RUN(agrees_on_smoke_a_channel);
