@@ -278,7 +278,8 @@ typedef struct pt_medium_desc {
                                                              discarded and counted: see pt_stats */
     float (*density_bound)(void *user, pt_vec3 lo, pt_vec3 hi);    /* NULL, or the most that density may be in a box, at most
                                                              density_max; asked at commit, for 32 x 32 x 32 boxes. Where
-                                                             there is little, paths then go fast */
+                                                             there is little, paths then go fast; where it is 0, density
+                                                             is not asked at all, and a wrong 0 is not noticed */
     pt_vec3 (*glow)(void *user, pt_vec3 p);               /* NULL, or multiplies emission */
     pt_tracking tracking;
     float step;                                           /* of marches: metres, above 0 */
@@ -397,7 +398,8 @@ PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform 
 PT_DEF pt_shape pt_add_moving_instance(pt_scene *s, const pt_scene *of, const pt_xform *from, const pt_xform *to);
 PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m);
 /* Fills a shape with a medium. The shape must be closed, its normals all pointing outwards (or all inwards), and may not cross
-   itself; it may be concave, in several pieces, an instance. Volumes may overlap each other and anything else, and the camera
+   itself; it may be concave, in several pieces, an instance. (Nothing checks that: of an open one, what lies before a face seen
+   from behind is inside.) Volumes may overlap each other and anything else, and the camera
    may be inside. Bounds of none: everywhere, then without a density or a march; such fog does not come along with an instance.
    A shape whose material is none, or PT_BSDF_NONE without emission, is the medium's bounds and nothing else from then on: no ray
    stops there, pt_intersect does not see it. */
@@ -4074,9 +4076,9 @@ typedef struct pti_flight {                              /* a ray of unit length
     pti_aim aims[PTI_AIMS];
     float end, sky;                                      /* the nearest surface; fluence from the sky */
     int weigh;                                           /* are there weights? */
-    const struct pti_volume *aimed_in;                   /* whose stretch up to `end` `aimed` has, */
-    int is_aimed;                                        /* and whether w > 0 */
-    pti_aimed aimed;
+    const struct pti_volume *aimed_in;                   /* the volume of `aimed`, or NULL: a box, a ball or everywhere, whose */
+    pti_aimed aimed;                                     /* one stretch up to `end` it has */
+    int is_aimed;                                        /* is w > 0 there? */
     int blind;                                           /* there is one volume, and behind it nothing to be seen */
     int exceeded;                                        /* a density was above its maximum where a weight needed it */
 } pti_flight;
