@@ -722,7 +722,7 @@ PT_DEF void      pt_mesh_free(pt_mesh *mesh);
 
 /* ---- the toolbox: the parts the integrator is made of, for teaching, tests and other uses ------------- */
 
-/* Ray queries. The scene must be committed; any number of threads. A ray that can not be (direction shorter than 1e-37, org or
+/* Ray queries. The scene must be committed; any number of threads. A ray that can not be (all of dir below 1e-37, org or
    dir NaN or infinite) hits nothing; a tmin below 0 or NaN is 0; a tmax not above 0, infinite or NaN is no end. A hit's t is in
    units of |dir|; where two are equally near, what was added first is hit. */
 PT_DEF int      pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x);     /* nearest hit; 0 = none */
@@ -3339,6 +3339,14 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
 }
 #endif
 
+/* And at the ray's other end: a triangle that it starts on, or within rounding of, may be hit a little after the start, though
+   the ray leaves the triangle's box at or before it. So boxes are left a little later, eight ulps of the tree's size, lest it
+   be decided by what else is in the box. (Pads know the origin's rounding, which is none at zero, but not the triangle's.) */
+PTI_INLINE void pti_ray_linger(pti_ray *r, const pti_bvh *b) {
+    pti_f4 later = pti_f4_set(b->slack * (65536 * PTI_ULPS_8) * fabsf(r->sz));
+    pti_f4_store(r->far_add, pti_f4_add(pti_f4_load(r->far_add), later));
+}
+
 /* Nearest hit, or any. One loop over both levels: at an instance the ray is moved into its scene, and a mark on the stack
    brings it back. The kernels are constants wherever this is used, so that they are inlined. */
 PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti_hit *hit, int any, pti_visit_kernel *visit,
@@ -3369,6 +3377,7 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                 if (in->to_world_end) in = &moved;
                 pti_ray_prepare(&local, pti_xform_point(&in->to_local, pt_v3(r->org[0], r->org[1], r->org[2])),
                                 pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time);
+                pti_ray_linger(&local, &in->of->bvh);
                 instance = PTI_INDEX(child) + 1;
                 instance_prim = s->first;
                 stack.child[top] = PTI_BACK;
@@ -4136,6 +4145,7 @@ static int pti_span_wall(pti_span *s, float after, float *t) {       /* the next
     pti_hit hit;
     pt_vertex x;
     pti_ray_prepare(&ray, s->org, s->dir, after, s->time);
+    pti_ray_linger(&ray, &s->volume->bounds->bvh);
     pti_hit_init(&hit, 0);
     if (!s->trace(s->volume->bounds, &ray, &hit, 0)) return 0;
     pti_vertex_fill(s->volume->bounds, &ray, &hit, &x);
@@ -8739,8 +8749,9 @@ static const pti_material *pti_material_at(const pt_scene *s, const pt_vertex *x
 
 /* One ray, in the mode that pti_fpmode_enter sets. */
 static int pti_query(const pt_scene *s, const pt_ray *ray, pti_trace_function *trace, int any, pti_ray *r, pti_hit *hit) {
-    if (!pti_finite3(ray->org) || !pti_finite3(ray->dir) || pti_is_zero3(ray->dir)) return 0;
+    if (!pti_finite3(ray->org) || !pti_finite3(ray->dir) || !(pti_largest_abs(ray->dir) >= 1e-37f)) return 0;
     pti_ray_prepare(r, ray->org, ray->dir, ray->tmin, ray->time);
+    pti_ray_linger(r, &s->geometry.bvh);
     pti_hit_init(hit, ray->tmax);
     return trace(&s->geometry, r, hit, any);
 }
@@ -9583,6 +9594,7 @@ static const pti_material *pti_path_trace(const pti_tracer *t, pt_vec3 org, pt_v
     pti_ray ray;
     pti_hit hit;
     pti_ray_prepare(&ray, org, dir, 0, time);
+    pti_ray_linger(&ray, &s->geometry.bvh);
     pti_hit_init(&hit, 0);
     ++*rays;
     if (!t->trace(&s->geometry, &ray, &hit, 0)) return NULL;

@@ -98,6 +98,7 @@ static void tally_up(const pt_scene *s, const pt_ray *ray, tally *t) {
     pti_hit want, got, any;
     float span = ray->tmax;
     pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, ray->time);
+    pti_ray_linger(&r, &g->bvh);
     pti_hit_init(&want, span); pti_hit_init(&got, span); pti_hit_init(&any, span);
     brute_geometry(g, &r, &want, 0, 0);
     pti_trace_for(s->isa)(g, &r, &got, 0);
@@ -643,6 +644,60 @@ static void ranges_are_exact(void) {
     mesh_free(&m);
 }
 
+/* Rays that start on a floor or within rounding of it, beside things that stand on it: rounding may put the floor a little after
+   the start, and whether it is hit then must not depend on the boxes that it shares. */
+static void rays_from_the_floor(void) {
+    pt_rng r;
+    int k, q, i;
+    pt_rng_seed(&r, 14, 2);
+    for (k = 0; k < 10; k++) {
+        mesh m = mesh_new(3 * 300, 300);
+        for (i = 0; i < 300; i++) {
+            double size = magnitude(&r, 0.01, 1);
+            v3 at = v3_of(uniform(&r), i % 6 ? 0 : 0.2 * uniform(&r), uniform(&r)), a = v3_scale(ball(&r), size), b = v3_scale(ball(&r), size);
+            if (i % 2) at.y = a.y = b.y = 0;
+            mesh_add_triangle(&m, at, v3_add(at, a), v3_add(at, b));
+        }
+        for (q = PT_QUALITY_DEFAULT; q <= PT_QUALITY_BEST; q++) {
+            pt_scene *s = scene_built(&m, (pt_quality)q, 1);
+            pt_rng rays = r;
+            tally t = { 0, 0, 0, 0, 0 };
+            test_case("floor %d, quality %d", k, q);
+            for (i = 0; i < 2000; i++) {
+                v3 a = mesh_corner(&m, (size_t)i % 300, 0), b = mesh_corner(&m, (size_t)i % 300, 1), c = mesh_corner(&m, (size_t)i % 300, 2);
+                v3 org = v3_add(v3_scale(a, 0.5), v3_add(v3_scale(b, 0.2), v3_scale(c, 0.3))), d = ball(&rays);
+                pt_ray ray;
+                if (i % 4) org.y += magnitude(&rays, 1e-13, 1e-5) * (below(&rays, 2) ? 1 : -1);
+                if (i % 3) d.y *= magnitude(&rays, 1e-7, 1);
+                ray = ray_of(org, v3_scale(d, i % 5 < 3 ? 1 : magnitude(&rays, 1e-9, 1)));
+                if (i % 2) ray.tmin = (float)magnitude(&rays, 1e-9, 1);
+                tally_up(s, &ray, &t);
+            }
+            check_tally(&t, 100);
+            pt_scene_destroy(s);
+        }
+        mesh_free(&m);
+    }
+}
+/* As it is documented: a direction that is all below 1e-37 hits nothing, be it a triangle or a sphere. */
+static void directions_too_short(void) {
+    static const float length[5] = { 1e-36f, 1.01e-37f, 0.99e-37f, 1e-38f, 1e-42f };
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material none = { 0 };
+    int k;
+    pt_add_sphere(s, pt_v3(0, 0, 0), 0.1f, none);
+    pt_add_quad(s, pt_v3(1, 0, 0), pt_v3(1, 0, 0), pt_v3(0, 1, 0), none);
+    committed(s);
+    for (k = 0; k < 10; k++) {
+        pt_ray ray = ray_of(v3_of(k % 2 * 1.5, k % 2 * 0.25, 0.2), v3_of(0, 0, 0));
+        ray.dir.z = -length[k / 2];
+        test_case("%s, direction %g", k % 2 ? "quad" : "sphere", (double)length[k / 2]);
+        CHECK_EQ_INT(pt_intersect(s, &ray, NULL), k / 2 < 2);
+        CHECK_EQ_INT(pt_occluded(s, &ray), k / 2 < 2);
+    }
+    pt_scene_destroy(s);
+}
+
 void test_bvh(void) {
     RUN(soups_match_brute_force);
     RUN(few_primitives);
@@ -657,4 +712,6 @@ void test_bvh(void) {
     RUN(mixed_scenes_match_brute_force);
     RUN(ties_go_to_the_lower_id);
     RUN(ranges_are_exact);
+    RUN(rays_from_the_floor);
+    RUN(directions_too_short);
 }
