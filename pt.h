@@ -359,7 +359,8 @@ PT_DEF pt_material pt_add_material(pt_scene *s, const pt_material_desc *d);
 PT_DEF int pt_metal(const char *name, pt_vec3 *eta, pt_vec3 *k);
 
 typedef struct pt_mesh_desc {
-    const float    *positions;                            /* x y z ... in metres, finite, below 1e12 */
+    const float    *positions;                            /* x y z ... in metres, finite, below 1e12. What is smaller than
+                                                             1e-12 may not be hit: scale it up */
     size_t          vertex_count, vertex_stride;          /* stride in bytes, a multiple of 4; 0 = 12 */
     const uint32_t *indices;                              /* three a triangle; NULL = 0 1 2, 3 4 5, ... */
     size_t          index_count;                          /* with NULL indices: 0 = vertex_count; else 0 is an empty mesh,
@@ -728,7 +729,8 @@ PT_DEF void      pt_mesh_free(pt_mesh *mesh);
 PT_DEF int      pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x);     /* nearest hit; 0 = none */
 PT_DEF int      pt_occluded(const pt_scene *s, const pt_ray *ray);                    /* any hit */
 /* The same for many rays at once, one after the other, and of a hit only what costs next to nothing: no normals, no texture
-   coordinates. Both return how many rays hit something; where rays or the results are NULL, nothing is done, and that is 0. */
+   coordinates. Both return how many rays hit something. Without a committed scene, or where rays is NULL, none does, and the
+   results say so; where the results are NULL, nothing is done, and that is 0. */
 typedef struct pt_hit {
     float t;                                              /* infinite where nothing is hit; the rest is zero then */
     float u, v;                                           /* on triangles: p = (1 - u - v) a + u b + v c; 0 on spheres */
@@ -1926,7 +1928,7 @@ PTI_INLINE void pti_ray_row(pti_ray *r, int k, int falls) {
 }
 static void pti_ray_slow_axis(pti_ray *r, int k, float largest) {
     float d = r->dir[k], offset, pad, inverse;
-    int moves = fabsf(d) > largest * 1e-16f;
+    int moves = fabsf(d) > largest * 1e-21f;           /* 1e-8 m in 1e13 */
     inverse = 1 / (moves ? d : largest * 1e-26f);
     offset = r->org[k] * inverse;
     pad = PTI_ULPS_8 * fabsf(offset) + (moves ? 0.0f : inverse * 1e-8f);
@@ -1952,7 +1954,7 @@ PTI_INLINE void pti_ray_slabs(pti_ray *r, pt_vec3 org, pt_vec3 dir, int z, float
     pti_f4_store(r->far_add, pti_f4_mul(pti_f4_add(minus, pad), widen));
     r->octant = 0;
     pti_ray_row(r, 0, dir.x < 0); pti_ray_row(r, 1, dir.y < 0); pti_ray_row(r, 2, dir.z < 0);
-    if (least > largest * 1e-16f && least * 1e37f > pti_max(pti_largest_abs(org), 1)) return;
+    if (least > largest * 1e-21f && least * 1e37f > pti_max(pti_largest_abs(org), 1)) return;
     for (k = 0; k < 3; k++) pti_ray_slow_axis(r, k, largest);
 }
 PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
@@ -7862,7 +7864,8 @@ PTI_NOINLINE pt_shape pti_add_placed(pt_scene *s, const char *call, const pt_sce
     pti_shape *shape;
     pt_xform inverse, unused;
     double flat;
-    if (!pti_scene_open(s, call, of)
+    if (!pti_scene_open(s, call, s)
+        || !pti_require(s, of != NULL, call, "there is no scene to place: it is NULL")
         || !pti_require(s, of != s, call, "a scene can not contain itself")
         || !pti_require(s, of->committed, call, "commit the scene before you place it")
         || !pti_require(s, !pti_has_instances(of), call, "instances nest one level deep, and this scene has some itself")

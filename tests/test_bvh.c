@@ -697,6 +697,24 @@ static void directions_too_short(void) {
     }
     pt_scene_destroy(s);
 }
+/* A direction that hardly leans still leads aside, if it is followed far enough: 8e-5 m in 9e11. */
+static void far_away_slow_axes_count(void) {
+    mesh m = mesh_new(3 * 40, 40);
+    pt_ray ray = ray_of(v3_of(0, 0, 0), v3_of(8e-17, 0, 1));
+    int k;
+    for (k = 0; k < 40; k++) {
+        double x = 6e-5 + 1e-3 * k, z = 9e11;
+        mesh_add_triangle(&m, v3_of(x, -1e-4, z), v3_of(x + 4e-5, -1e-4, z), v3_of(x, 1e-4, z));
+    }
+    for (k = 0; k < 3; k++) {
+        pt_scene *s = scene_built(&m, (pt_quality)k, 1);
+        pt_vertex x;
+        CHECK(pt_intersect(s, &ray, &x) && x.prim == 0);
+        CHECK(pt_occluded(s, &ray));
+        pt_scene_destroy(s);
+    }
+    mesh_free(&m);
+}
 
 void test_bvh(void) {
     RUN(soups_match_brute_force);
@@ -714,4 +732,5 @@ void test_bvh(void) {
     RUN(ranges_are_exact);
     RUN(rays_from_the_floor);
     RUN(directions_too_short);
+    RUN(far_away_slow_axes_count);
 }

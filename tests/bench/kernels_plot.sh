@@ -2,6 +2,8 @@
 # Draws what kernels.c kept with --csv: our speed over Embree's, a bar a ray set, a group a scene. Needs gnuplot.
 # usage: kernels_plot.sh CSV PNG
 [ $# = 2 ] || { echo 'usage: kernels_plot.sh CSV PNG' >&2; exit 2; }
+[ -r "$1" ] || { echo "kernels_plot.sh: cannot read $1" >&2; exit 1; }
+grep -q ',embree,' "$1" || { echo "nothing of Embree's in $1: no plot"; exit 0; }
 command -v gnuplot > /dev/null || { echo 'gnuplot is not here: no plot'; exit 0; }
 awk -F, 'BEGIN { split("primary,diffuse 1,diffuse 2,shadow 0,shadow 1", sets, ",") }
     { speed[$1, $2, $3] = $4; if (!seen[$1]++) scene[++n] = $1 }
