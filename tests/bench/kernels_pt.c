@@ -78,6 +78,9 @@ static inline void trace(const built *b, const kernel_ray *rays, size_t n, float
         pti_hit hit;
         const kernel_ray *k = rays + i;
         pti_ray_prepare(&r, pt_v3(k->org[0], k->org[1], k->org[2]), pt_v3(k->dir[0], k->dir[1], k->dir[2]), k->tmin, 0);
+#ifndef PT_HEADER                                        /* an older one may not linger */
+        pti_ray_linger(&r, &b->scene->geometry.bvh);
+#endif
         pti_hit_init(&hit, k->tmax);
         b->trace(&b->scene->geometry, &r, &hit, any);
         t[i] = any ? (float)hit.found : hit.found ? hit.t : FLT_MAX;
