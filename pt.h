@@ -52,7 +52,7 @@
      >>material   from numbers and textures to lobes
      >>light      emitters by solid angle, the light tree, suns, the sky, environments
      >>scene      adding, checking, committing
-    >>guide      a density that learns where light comes from
+     >>guide      a density that learns where light comes from
      >>mixture    the one density that a path draws its next direction from
      >>path       the estimator
      >>camera     projections, the lens, the shutter
@@ -726,7 +726,7 @@ PT_DEF void      pt_mesh_free(pt_mesh *mesh);
 /* Ray queries. The scene must be committed; any number of threads. A ray that can not be (all of dir below 1e-37, org or
    dir NaN or infinite) hits nothing; a tmin below 0 or NaN is 0; a tmax not above 0, infinite or NaN is no end. A hit's t is in
    units of |dir|; where two are equally near, what was added first is hit. */
-PT_DEF int      pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x);     /* nearest hit; 0 = none */
+PT_DEF int      pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x);     /* nearest hit; 0 = none, and x stays */
 PT_DEF int      pt_occluded(const pt_scene *s, const pt_ray *ray);                    /* any hit */
 /* The same for many rays at once, one after the other, and of a hit only what costs next to nothing: no normals, no texture
    coordinates. Both return how many rays hit something. Without a committed scene, or where rays is NULL, none does, and the
