@@ -2150,8 +2150,8 @@ typedef struct pti_geometry {
 } pti_geometry;
 
 /* While it is built. A primitive: what sits beside the corners of its box reads as floats of middling size, so that arithmetic on
-   all four is quick. A range of primitives, and up to `room` space for those that come when some are cut in two. A split: left and
-   right are the indices of the splits of its halves, 0 where one is a leaf. There are fewer of them than primitives and space: they
+   all four is quick. A range of primitives, and up to `room` space for those that come when some are cut in two; link: where its
+   split's index is awaited. A split: left and right are the indices of the splits of its halves, 0 where one is a leaf. There are fewer of them than primitives and space: they
    have the indices from begin + 1, in the order in which they come to be, or where several threads share the range, each has that
    at which its right half begins. */
 typedef struct pti_box { pti_f4 lo, hi; } pti_box;
@@ -2526,8 +2526,8 @@ static void pti_keep_split(pti_builder *b, size_t index, const pti_range *r, pti
 /* Which splits become one wide node? C(n, i), the least area of all wide nodes at and below a split n that takes up to i places
    in a node above, is
        C(n, 1) = area(n) + min_k C(left, k) + C(right, 8 - k),
-       C(n, i) = min(C(n, 1), min_k C(left, k) + C(right, i - k)),
-   and 0 for leaves (Ylitie, Karras and Laine 2017): all is known from below. */
+       C(n, i) = min(C(n, 1), min_k C(left, k) + C(right, i - k)),       k from 1 to i - 1,
+   and 0 for leaves (Ylitie, Karras and Laine 2017): all is known from below. cost[i - 1] of a split keeps C(n, i). */
 static const float *pti_costs(const pti_builder *b, uint32_t split) {
     static const float none[PTI_WIDTH - 1] = { 0, 0, 0, 0, 0, 0, 0 };
     return split ? b->splits[split].cost : none;
@@ -3245,8 +3245,9 @@ static inline int pti_packet_hit(const pti_packet *p, uint32_t mask, const pti_l
 /* What is still to be visited, the next on top, and where the ray enters it. There is room for a whole vector above. */
 typedef struct pti_stack { uint32_t child[2 * PTI_STACK + PTI_WIDTH]; float enter[2 * PTI_STACK + PTI_WIDTH]; } pti_stack;
 
-/* Looks into a node. Returns the nearest child that the ray meets, or PTI_NONE, and pushes the others, the farthest first. Any
-   hit does not care which comes first, nor where they are entered. */
+/* Looks into a node. Returns the nearest child that the ray meets, or PTI_NONE, and pushes the others, the farthest first (with
+   AVX2, near and far as the node's order for the ray's octant has it: quicker than to sort, and as good nearly always). Any hit
+   does not care which comes first, nor where they are entered. */
 typedef uint32_t pti_visit_kernel(const pti_bvh *b, const pti_node *n, const pti_ray *r, float limit, int any, pti_stack *s,
                                   int *top);
 
