@@ -2151,9 +2151,9 @@ typedef struct pti_geometry {
 
 /* While it is built. A primitive: what sits beside the corners of its box reads as floats of middling size, so that arithmetic on
    all four is quick. A range of primitives, and up to `room` space for those that come when some are cut in two; link: where its
-   split's index is awaited. A split: left and right are the indices of the splits of its halves, 0 where one is a leaf. There are fewer of them than primitives and space: they
-   have the indices from begin + 1, in the order in which they come to be, or where several threads share the range, each has that
-   at which its right half begins. */
+   split's index is awaited. A split: left and right are the indices of the splits of its halves, 0 where one is a leaf. There are
+   fewer of them than primitives and space: they have the indices from begin + 1, in the order in which they come to be, or where
+   several threads share the range, each has that at which its right half begins. */
 typedef struct pti_box { pti_f4 lo, hi; } pti_box;
 typedef struct pti_ref { float lo[3]; uint32_t shape; float hi[3]; uint32_t prim; } pti_ref;       /* prim within its shape */
 #define PTI_MIDDLING 0x40000000u                         /* the bits of 2.0f: combined with shape and prim, so that what pti_f4_load
