@@ -3342,11 +3342,14 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
 }
 #endif
 
-/* And at the ray's other end: a triangle that it starts on, or within rounding of, may be hit a little after the start, though
-   the ray leaves the triangle's box at or before it. So boxes are left a little later, eight ulps of the tree's size, lest it
-   be decided by what else is in the box. (Pads know the origin's rounding, which is none at zero, but not the triangle's.) */
-PTI_INLINE void pti_ray_linger(pti_ray *r, const pti_bvh *b) {
-    pti_f4 later = pti_f4_set(b->slack * (65536 * PTI_ULPS_8) * fabsf(r->sz));
+/* A ray prepared for a tree. At its far end the tree's slack is added as it goes; at its start, a triangle that it lies on, or
+   within rounding of, may be hit a little later than the start, though the ray leaves the triangle's box at or before it. So boxes
+   are left a little later, eight ulps of the tree's size, lest it be decided by what else is in the box. (Pads know the origin's
+   rounding, which is none at zero, but not the triangle's.) */
+PTI_INLINE void pti_ray_enter(pti_ray *r, const pti_bvh *b, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
+    pti_f4 later;
+    pti_ray_prepare(r, org, dir, tmin, time);
+    later = pti_f4_set(b->slack * (65536 * PTI_ULPS_8) * fabsf(r->sz));
     pti_f4_store(r->far_add, pti_f4_add(pti_f4_load(r->far_add), later));
 }
 
@@ -3378,9 +3381,8 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                 found = pti_object_hit(s, PTI_INDEX(child), r, hit, instance_prim != PTI_NONE ? instance_prim : s->first);
             else if (!in->to_world_end || pti_instance_move(in, r->time, &moved)) {
                 if (in->to_world_end) in = &moved;
-                pti_ray_prepare(&local, pti_xform_point(&in->to_local, pt_v3(r->org[0], r->org[1], r->org[2])),
-                                pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time);
-                pti_ray_linger(&local, &in->of->bvh);
+                pti_ray_enter(&local, &in->of->bvh, pti_xform_point(&in->to_local, pt_v3(r->org[0], r->org[1], r->org[2])),
+                              pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time);
                 instance = PTI_INDEX(child) + 1;
                 instance_prim = s->first;
                 stack.child[top] = PTI_BACK;
@@ -4147,8 +4149,7 @@ static int pti_span_wall(pti_span *s, float after, float *t) {       /* the next
     pti_ray ray;
     pti_hit hit;
     pt_vertex x;
-    pti_ray_prepare(&ray, s->org, s->dir, after, s->time);
-    pti_ray_linger(&ray, &s->volume->bounds->bvh);
+    pti_ray_enter(&ray, &s->volume->bounds->bvh, s->org, s->dir, after, s->time);
     pti_hit_init(&hit, 0);
     if (!s->trace(s->volume->bounds, &ray, &hit, 0)) return 0;
     pti_vertex_fill(s->volume->bounds, &ray, &hit, &x);
@@ -8754,8 +8755,7 @@ static const pti_material *pti_material_at(const pt_scene *s, const pt_vertex *x
 /* One ray, in the mode that pti_fpmode_enter sets. */
 static int pti_query(const pt_scene *s, const pt_ray *ray, pti_trace_function *trace, int any, pti_ray *r, pti_hit *hit) {
     if (!pti_finite3(ray->org) || !pti_finite3(ray->dir) || !(pti_largest_abs(ray->dir) >= 1e-37f)) return 0;
-    pti_ray_prepare(r, ray->org, ray->dir, ray->tmin, ray->time);
-    pti_ray_linger(r, &s->geometry.bvh);
+    pti_ray_enter(r, &s->geometry.bvh, ray->org, ray->dir, ray->tmin, ray->time);
     pti_hit_init(hit, ray->tmax);
     return trace(&s->geometry, r, hit, any);
 }
@@ -9597,8 +9597,7 @@ static const pti_material *pti_path_trace(const pti_tracer *t, pt_vec3 org, pt_v
     const pti_material *m;
     pti_ray ray;
     pti_hit hit;
-    pti_ray_prepare(&ray, org, dir, 0, time);
-    pti_ray_linger(&ray, &s->geometry.bvh);
+    pti_ray_enter(&ray, &s->geometry.bvh, org, dir, 0, time);
     pti_hit_init(&hit, 0);
     ++*rays;
     if (!t->trace(&s->geometry, &ray, &hit, 0)) return NULL;

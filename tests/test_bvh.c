@@ -97,8 +97,7 @@ static void tally_up(const pt_scene *s, const pt_ray *ray, tally *t) {
     pti_ray r;
     pti_hit want, got, any;
     float span = ray->tmax;
-    pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, ray->time);
-    pti_ray_linger(&r, &g->bvh);
+    pti_ray_enter(&r, &g->bvh, ray->org, ray->dir, ray->tmin, ray->time);
     pti_hit_init(&want, span); pti_hit_init(&got, span); pti_hit_init(&any, span);
     brute_geometry(g, &r, &want, 0, 0);
     pti_trace_for(s->isa)(g, &r, &got, 0);

@@ -77,9 +77,11 @@ static inline void trace(const built *b, const kernel_ray *rays, size_t n, float
         pti_ray r;
         pti_hit hit;
         const kernel_ray *k = rays + i;
-        pti_ray_prepare(&r, pt_v3(k->org[0], k->org[1], k->org[2]), pt_v3(k->dir[0], k->dir[1], k->dir[2]), k->tmin, 0);
-#ifndef PT_HEADER                                        /* an older one may not linger */
-        pti_ray_linger(&r, &b->scene->geometry.bvh);
+        pt_vec3 org = pt_v3(k->org[0], k->org[1], k->org[2]), dir = pt_v3(k->dir[0], k->dir[1], k->dir[2]);
+#ifdef PT_HEADER                                         /* an older one may know no better */
+        pti_ray_prepare(&r, org, dir, k->tmin, 0);
+#else
+        pti_ray_enter(&r, &b->scene->geometry.bvh, org, dir, k->tmin, 0);
 #endif
         pti_hit_init(&hit, k->tmax);
         b->trace(&b->scene->geometry, &r, &hit, any);
