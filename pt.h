@@ -400,8 +400,8 @@ PT_DEF pt_shape pt_add_moving_instance(pt_scene *s, const pt_scene *of, const pt
 PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m);
 /* Fills a shape with a medium. The shape must be closed, its normals all pointing outwards (or all inwards), and may not cross
    itself; it may be concave, in several pieces, an instance. (Nothing checks that: of an open one, what lies before a face seen
-   from behind is inside.) Volumes may overlap each other and anything else, and the camera
-   may be inside. Bounds of none: everywhere, then without a density or a march; such fog does not come along with an instance.
+   from behind is inside.) Volumes may overlap each other and anything else, and the camera may be inside. Bounds of none:
+   everywhere, then without a density or a march; such fog does not come along with an instance.
    A shape whose material is none, or PT_BSDF_NONE without emission, is the medium's bounds and nothing else from then on: no ray
    stops there, pt_intersect does not see it. */
 PT_DEF pt_volume pt_add_volume(pt_scene *s, pt_shape bounds, pt_medium m);
@@ -4094,7 +4094,7 @@ typedef struct pti_flight {                              /* a ray of unit length
     pti_aimed aimed;                                     /* one stretch up to `end` it has */
     int is_aimed;                                        /* is w > 0 there? */
     int blind;                                           /* there is one volume, and behind it nothing to be seen */
-    int exceeded;                                        /* a density was above its maximum where a weight needed it */
+    int exceeded;                                        /* a density was above its maximum, or the looks ran out */
 } pti_flight;
 
 static void pti_span_begin(pti_span *s, const pti_flight *f, const pti_volume *v, float tmax) {
@@ -4429,7 +4429,7 @@ static pt_vec3 pti_tracker_virtual(const pti_tracker *k) {      /* the probabili
 }
 
 /* Where the hero hits, or tmax. */
-static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int *exceeded) {
+static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax) {
     const pti_medium *m = v->medium;
     float sigma = pti_channel(m->sigma_t, f->hero), tau, p;
     pti_tracker k;
@@ -4458,10 +4458,10 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax, int 
     pti_tracker_begin(&k, f, v, tmax);
     while (pti_tracker_next(&k)) {
         p = pti_tracker_real(&k, m->sigma_t, f->hero);
-        if (k.coin < p) { *exceeded |= k.exceeded; return k.t; }
+        if (k.coin < p) { tmax = k.t; break; }
         pti_tracker_pass(&k, p);
     }
-    *exceeded |= k.exceeded;
+    f->exceeded |= k.exceeded;
     return tmax;
 }
 /* What a volume whose distances are aimed, or forced to hit, has under q_c, over the hero's T, as all weights here are: r is T_c
@@ -4576,14 +4576,14 @@ static const pti_volume *pti_visit_next(pti_visit *v, float tmax) {
     return NULL;
 }
 /* The nearest hit before *t, which becomes where it is; NULL: all pass. */
-static const pti_volume *pti_flight_hit(pti_flight *f, float *t, int *exceeded) {
+static const pti_volume *pti_flight_hit(pti_flight *f, float *t) {
     const pti_volume *v, *hit = NULL;
     pti_visit visit;
     f->end = *t;
     f->weigh = f->volumes->weigh;
     pti_visit_begin(&visit, f);
     while ((v = pti_visit_next(&visit, *t)) != NULL) {
-        float at = pti_volume_hit(f, v, *t, exceeded);
+        float at = pti_volume_hit(f, v, *t);
         if (!(at < *t)) continue;
         *t = at;
         hit = v;
@@ -9316,7 +9316,7 @@ static float pti_mixture_pdf_lights(const pti_mixture *m, pt_vec3 wi, pti_drawn 
     return m->environment > 0 ? p + m->environment * pti_environment_pdf(&m->scene->environment, m->sky, wi, &drawn->sky) : p;
 }
 /* The density of wi under the smooth part, by whichever part it was drawn, and *f, the BSDF there times the cosine. Where
-   that is 0, nobody wants to know p. *guided: what the guide has in it. drawn: or NULL. */
+   that is 0, nobody wants to know p. *guided: what the guide has in it. */
 static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pti_drawn *drawn, pt_vec3 *f, float *guided) {
     const pt_scene *s = m->scene;
     float p, share;
@@ -9715,7 +9715,6 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     f.aim_count = 0;
     f.aimed_in = NULL;
     f.blind = f.exceeded = 0;
-    c->exceeded = 0;
     if (!pti_path_is_naive(t)) {
         if (volumes->aim && t->scene->lights.count) pti_path_aim(t, &f, at);
         pti_path_see(t, &f, at, m != NULL, c);
@@ -9723,10 +9722,8 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
                && (!m || (m->plain && pti_is_zero3(m->desc.color)));
     }
     if (volumes->chromatic) pti_path_hero(sampler, f.group, c->beta, &q, &f.hero);
-    hit = pti_flight_hit(&f, &at, &c->exceeded);
-    if (c->exceeded) return m;
-    if (volumes->emit) c->L = pti_add(c->L, pti_mul(c->beta, pti_flight_glow(&f, at, q)));
-    if (!hit && !f.weigh) { c->exceeded = f.exceeded; return m; }
+    hit = pti_flight_hit(&f, &at);
+    if (volumes->emit && !f.exceeded) c->L = pti_add(c->L, pti_mul(c->beta, pti_flight_glow(&f, at, q)));
     w = pti_flight_weight(&f, at, hit, q);
     c->exceeded = f.exceeded;
     c->beta = pti_mul(c->beta, w);
@@ -9799,10 +9796,11 @@ static float pti_power_heuristic(float p, float other) {
     return p > 0 ? 1 / (1 + r * r) : 0.0f;
 }
 /* The weight of emission that the path's own ray along wi found. */
-static float pti_nee_found(const pti_tracer *t, const pti_nee *n, pt_vec3 wi) {
-    pti_drawn nothing = pti_drawn_nothing();
+static float pti_nee_found(const pti_tracer *t, const pti_nee *n, pt_vec3 wi, const pti_on_map *sky) {
+    pti_drawn known = pti_drawn_nothing();
     if (!(n->p > 0)) return 1;
-    return pti_power_heuristic(n->p, pti_nee_pdf(n, wi, &nothing, t->integrator == PT_INTEGRATOR_NEE_ALL));
+    known.sky = *sky;
+    return pti_power_heuristic(n->p, pti_nee_pdf(n, wi, &known, t->integrator == PT_INTEGRATOR_NEE_ALL));
 }
 /* What the nearest surface emits, or the sky. */
 static pt_vec3 pti_path_emission(const pti_tracer *t, const pt_vertex *from, pt_vec3 wi, pti_on_map *sky, uint64_t *rays) {
@@ -9968,7 +9966,7 @@ static void pti_path_follow(pti_walk *w) {
     x.wavelength = path.wavelength;
     if (!m || m->emits) {
         Le = m ? pti_material_emission(m, &x) : pti_environment_radiance(&s->environment, path.dir, &path.sky);
-        Le = pti_scale(Le, pti_nee_found(t, &w->nee, path.dir));
+        Le = pti_scale(Le, pti_nee_found(t, &w->nee, path.dir, &path.sky));
     }
     if (s->volumes.count) {
         pti_carried c;

@@ -10,7 +10,7 @@ static float fly_time;
 static inline void fly(const pt_scene *s, pt_vec3 org, pt_vec3 dir, float tmax, int n, flown *out) {
     pti_sampler sampler;
     pti_flight f;
-    int i, exceeded = 0;
+    int i;
     memset(out, 0, sizeof *out);
     memset(&f, 0, sizeof f);
     memset(&sampler, 0, sizeof sampler);
@@ -25,7 +25,7 @@ static inline void fly(const pt_scene *s, pt_vec3 org, pt_vec3 dir, float tmax, 
         float t = tmax;
         pti_sampler_start(&sampler, (uint32_t)i);
         f.sampler = &sampler; f.seed = 5; f.index = (uint32_t)i;
-        hit = pti_flight_hit(&f, &t, &exceeded);
+        hit = pti_flight_hit(&f, &t);
         out->n++;
         if (!hit) { out->passed++; out->wrong |= t != tmax; }
         else { out->wrong |= !(t >= 0 && t < tmax); out->hits[hit - s->volumes.all < 4 ? hit - s->volumes.all : 3]++; out->sum_t += (double)t; }
@@ -33,7 +33,7 @@ static inline void fly(const pt_scene *s, pt_vec3 org, pt_vec3 dir, float tmax, 
         f.sampler = NULL; f.seed = 6;
         stats_push(&out->T, (double)pti_flight_transmittance(&f, tmax).y);
     }
-    out->wrong |= exceeded;
+    out->wrong |= f.exceeded;
 }
 
 static inline float ramp(void *user, pt_vec3 p) { (void)user; return p.x; }

@@ -2,6 +2,8 @@
    test.h and stats.h. */
 #ifndef SCENES_H
 #define SCENES_H
+#define NOWHERE (&(pti_on_map){ 0, 0, 0 })               /* a place on the map that is not known */
+#define UNKNOWN (&(pti_drawn){ NULL, 0, { 0, 0, 0 } })   /* a direction of which nothing is */
 
 static inline pt_material diffuse(pt_scene *s, float albedo) {
     return pt_add_material(s, &(pt_material_desc){ .color = { albedo, albedo, albedo } });

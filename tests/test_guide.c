@@ -90,7 +90,7 @@ static double mixed_pdf(void *ctx, pt_vec3 wi) {
     mixed_test *t = (mixed_test *)ctx;
     pt_vec3 f;
     float guided;
-    return (double)pti_mixture_pdf(&t->mix, wi, &(pti_drawn){ NULL, 0, { 0, 0, 0 } }, &f, &guided);
+    return (double)pti_mixture_pdf(&t->mix, wi, UNKNOWN, &f, &guided);
 }
 static void density_of_the_mixture(void) {
     static const pt_weights set = { 0.4f, 0.6f, 0 }, automatic = { 0, 0, 0 };

@@ -367,7 +367,7 @@ static void receivers(void) {
             for (i = 0; i < 300; i++) {
                 pt_vec3 wi = stats_direction(&rng);
                 float u = pt_rng_float(&rng), v = pt_rng_float(&rng);
-                pti_drawn drawn = { NULL, 0 };
+                pti_drawn drawn = *UNKNOWN;
                 double want;
                 if (i & 1 && !pti_lights_sample(f.l, &r, pt_rng_u32(&rng), u, v, &wi, &drawn)) continue;
                 want = all_leaves(f.l, f.l->nodes, &r, &wi);
@@ -511,7 +511,7 @@ static int environment_sample(void *ctx, pt_rng *rng, float uv[2]) {
     float v = pt_rng_float(rng);
     double a = s->turn * STATS_PI / 180, x, z, b;
     pt_vec3 wi;
-    if (!pti_environment_sample(s->e, s->receiver, u, v, &wi, &(pti_on_map){ 0, 0, 0 })) return 0;
+    if (!pti_environment_sample(s->e, s->receiver, u, v, &wi, NOWHERE)) return 0;
     x = wi.x * cos(a) - wi.z * sin(a);                   /* turned back */
     z = wi.z * cos(a) + wi.x * sin(a);
     b = 0.5 + atan2(x, -z) / (2 * STATS_PI);
@@ -523,7 +523,7 @@ static int environment_sample(void *ctx, pt_rng *rng, float uv[2]) {
 }
 static double environment_pdf(void *ctx, float u, float v) {           /* per du dv */
     const turned_sky *s = (const turned_sky *)ctx;
-    return pti_environment_pdf(s->e, s->receiver, direction_at(s->turn, u, v), &(pti_on_map){ 0, 0, 0 }) * 2 * STATS_PI * STATS_PI * sin(v * STATS_PI);
+    return pti_environment_pdf(s->e, s->receiver, direction_at(s->turn, u, v), NOWHERE) * 2 * STATS_PI * STATS_PI * sin(v * STATS_PI);
 }
 static pt_vec3 smooth_sky(void *user, pt_vec3 d) { (void)user; return pt_v3(1, 1 + d.y, 0.5f + (d.x > 0.7f ? 5.0f : 0.0f)); }
 
@@ -570,7 +570,7 @@ static void bright_is_likely(void) {
         pt_rng_seed(&rng, 4, 4);
         for (i = 0; i < 30000; i++) {
             pt_vec3 d = stats_direction(&rng);
-            double L = pti_luminance(pti_environment_radiance(&s->environment, d, &(pti_on_map){ 0, 0, 0 })), p = pti_environment_pdf(&s->environment, PTI_RECEIVER_ALL, d, &(pti_on_map){ 0, 0, 0 });
+            double L = pti_luminance(pti_environment_radiance(&s->environment, d, NOWHERE)), p = pti_environment_pdf(&s->environment, PTI_RECEIVER_ALL, d, NOWHERE);
             if (L > 0 && !CHECK(p > 0)) break;
             if (L > 0) worst = fmax(worst, L / p / (4 * STATS_PI * (double)s->environment.mean));
         }
@@ -612,8 +612,8 @@ static void odd_maps(void) {
         pt_rng_seed(&rng, 5, (uint64_t)k);
         for (i = 0; i < 20000; i++) {                    /* never 0 where the map is not */
             pt_vec3 d = stats_direction(&rng);
-            if (pti_luminance(pti_environment_radiance(&s->environment, d, &(pti_on_map){ 0, 0, 0 })) > 1e-4f * odd_map[k].bright
-                && !CHECK(pti_environment_pdf(&s->environment, i % PTI_RECEIVERS, d, &(pti_on_map){ 0, 0, 0 }) > 0)) break;
+            if (pti_luminance(pti_environment_radiance(&s->environment, d, NOWHERE)) > 1e-4f * odd_map[k].bright
+                && !CHECK(pti_environment_pdf(&s->environment, i % PTI_RECEIVERS, d, NOWHERE) > 0)) break;
         }
         pt_scene_destroy(s);
     }
@@ -631,7 +631,7 @@ static void odd_maps_light_the_floor(void) {
         for (y = 0; y < n; y++) for (x = 0; x < 2 * n; x++) {
             double theta = (y + 0.5) / n * STATS_PI / 2;
             pt_vec3 w = direction_at(0, (x + 0.5) / (2 * n), (y + 0.5) / (2 * n));
-            E += (double)pti_environment_radiance(&s->environment, w, &(pti_on_map){ 0, 0, 0 }).y * cos(theta) * sin(theta) * STATS_PI * STATS_PI / (2.0 * n * n);
+            E += (double)pti_environment_radiance(&s->environment, w, NOWHERE).y * cos(theta) * sin(theta) * STATS_PI * STATS_PI / (2.0 * n * n);
         }
         test_case("map %d", k);
         m = render_pixels(s, &d);
@@ -656,7 +656,7 @@ static void irradiance_of_receivers(void) {
             double E = 0, most = 4 * STATS_PI * (double)e->mean;
             for (j = 0; j < 20000; j++) {
                 pt_vec3 d = pti_sample_sphere(((float)j + 0.5f) / 20000, (float)fmod(j * 0.6180339887, 1));
-                E += (double)pti_luminance(pti_environment_radiance(e, d, &(pti_on_map){ 0, 0, 0 })) * fmax(pti_dot(d, n), 0) * 4 * STATS_PI / 20000;
+                E += (double)pti_luminance(pti_environment_radiance(e, d, NOWHERE)) * fmax(pti_dot(d, n), 0) * 4 * STATS_PI / 20000;
             }
             test_case("map %d, normal %d", kinds[k], i);
             CHECK_NEAR(pti_environment_irradiance(e, n), E, 0.15 * E + 0.08 * most);
@@ -679,6 +679,28 @@ static void classes_of_normals(void) {
         CHECK(pti_dot(n, pti_environment_normal(pti_environment_receiver(n))) > 0.95f);
     }
 }
+/* Whoever draws a direction from the map says where on it that is: where it would be found. */
+static void places_are_where_they_are_found(void) {
+    int k, i;
+    for (k = 0; k < ODD_MAPS; k++) {
+        pt_scene *s = odd_sky(k, NULL);
+        pt_rng rng;
+        test_case("map %d", k);
+        pt_rng_seed(&rng, 4, 9);
+        for (i = 0; s->environment.field_count && i < 20000; i++) {
+            uint32_t u = pt_rng_u32(&rng);
+            pti_on_map drawn = *NOWHERE, found = *NOWHERE;
+            pt_vec3 wi;
+            double across, r;
+            if (!pti_environment_sample(&s->environment, i % PTI_RECEIVERS, u, pt_rng_float(&rng), &wi, &drawn)) continue;
+            pti_environment_place(&s->environment, wi, &found);
+            across = fabs((double)drawn.u - found.u);
+            r = sin(drawn.v * STATS_PI);                 /* near the poles u means little */
+            if (!CHECK(drawn.known && fmin(across, 1 - across) * r < 1e-6 && fabs((double)drawn.v - found.v) < 1e-6)) break;
+        }
+        pt_scene_destroy(s);
+    }
+}
 static void texel_directions(void) {
     static const float turn[] = { 0, 90, -45, 123, 360 };
     int i, x, y;
@@ -689,7 +711,7 @@ static void texel_directions(void) {
         if (commit(s)) for (y = 0; y < 4; y++) for (x = 0; x < 8; x++) {
             pt_vec3 d = direction_at(turn[i], (x + 0.5) / 8, (y + 0.5) / 4);
             test_case("texel %d %d, turned by %g", x, y, (double)turn[i]);
-            CHECK_NEAR(pti_environment_radiance(&s->environment, d, &(pti_on_map){ 0, 0, 0 }).x, 1 + y * 8 + x, 2e-4);
+            CHECK_NEAR(pti_environment_radiance(&s->environment, d, NOWHERE).x, 1 + y * 8 + x, 2e-4);
         }
         pt_scene_destroy(s);
     }
@@ -979,9 +1001,9 @@ static void sun_in_the_sky(void) {
         test_case("radius %g", (double)radius[i]);
         if (commit(s)) for (k = 0; k < 2; k++) {
             double a = r * (k ? 1.01 : 0.99);
-            pt_vec3 d = pt_v3((float)sin(a), (float)cos(a), 0), got = pti_environment_radiance(&s->environment, d, &(pti_on_map){ 0, 0, 0 });
+            pt_vec3 d = pt_v3((float)sin(a), (float)cos(a), 0), got = pti_environment_radiance(&s->environment, d, NOWHERE);
             CHECK_NEAR(got.y, k ? 0 : L, 1e-5 * L);
-            CHECK((pti_environment_pdf(&s->environment, PTI_RECEIVER_ALL, d, &(pti_on_map){ 0, 0, 0 }) > 0) == !k);
+            CHECK((pti_environment_pdf(&s->environment, PTI_RECEIVER_ALL, d, NOWHERE) > 0) == !k);
         }
         pt_scene_destroy(s);
     }
@@ -1023,12 +1045,12 @@ static int far_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
     for (tries = 0; tries < 100; tries++) {
         uint32_t u = pt_rng_u32(rng);
         float v = pt_rng_float(rng);
-        if (pti_environment_sample(f->e, f->receiver, u, v, wi, &(pti_on_map){ 0, 0, 0 })) return 1;
+        if (pti_environment_sample(f->e, f->receiver, u, v, wi, NOWHERE)) return 1;
         f->lost++;
     }
     return 0;
 }
-static double far_pdf(void *ctx, pt_vec3 wi) { const far_light *f = (const far_light *)ctx; return pti_environment_pdf(f->e, f->receiver, wi, &(pti_on_map){ 0, 0, 0 }); }
+static double far_pdf(void *ctx, pt_vec3 wi) { const far_light *f = (const far_light *)ctx; return pti_environment_pdf(f->e, f->receiver, wi, NOWHERE); }
 static void suns_and_map_densities(void) {
     enum { ONE, TINY, TWO, OVERLAP, NESTED_MAP, DARK_MAP, SKY, KINDS };
     int kind;
@@ -1189,7 +1211,7 @@ static pt_scene *clear_sky(double elevation, float turbidity) {
     return s;
 }
 static pt_vec3 sky_at(const pt_scene *s, pt_vec3 d) {     /* without the disk */
-    return pti_environment_map(&s->environment, d, &(pti_on_map){ 0, 0, 0 });
+    return pti_environment_map(&s->environment, d, NOWHERE);
 }
 /* Of level ground under the sky's dome, and of a surface that faces the sun, in W/m^2. */
 static pt_vec3 dome_irradiance(const pt_scene *s) {
@@ -1322,7 +1344,7 @@ void test_light(void) {
     RUN(odd_maps_light_the_floor);
     RUN(irradiance_of_receivers);
     RUN(classes_of_normals);
-    RUN(texel_directions);
+    RUN(texel_directions); RUN(places_are_where_they_are_found);
     RUN(the_sky_in_pictures);
     RUN(bright_pole);
     RUN(irradiance);

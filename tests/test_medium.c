@@ -735,27 +735,28 @@ static void hear(void *user, pt_result code, const char *message) {
 static float nan_density(void *user, pt_vec3 p) { (void)user; return p.x > 0.5f ? NAN : 0.5f; }
 static float hardly_any(void *user, pt_vec3 p) { (void)user; (void)p; return 1e-9f; }
 static void too_dense_functions_are_noticed(void) {
+    static const struct { float (*density)(void *user, pt_vec3 p); float most, sigma_s; int fine; } cases[] = {
+        { ramp, 0.8f, 2, 0 }, { ramp, 1, 2, 1 }, { nan_density, 0.8f, 2, 0 }, { hardly_any, 1e12f, 2, 0 },      /* would fly for years */
+        { ramp, 0.8f, 0, 0 }, { nan_density, 0.8f, 0, 0 }, { hardly_any, 1e12f, 0, 0 },     /* only darkens: never hit, but looked at */
+        { NULL, 0, 2, 0 } };                             /* a march of tiny steps */
     int k;
-    for (k = 0; k < 8; k++) {                            /* 3 and 6: its maximum is so high that a flight would take years */
+    for (k = 0; k < (int)(sizeof cases / sizeof *cases); k++) {
         heard h = { 0, "" };
         pt_scene *s = pt_scene_create(&(pt_scene_desc){ .logger = { hear, &h } });
-        pt_medium_desc d = grey_medium(0.5f, 2);
-        pt_render_desc v = view(pt_v3(3, 2, 4), pt_v3(0.5f, 0.5f, 0.5f), 20, k == 3 || k == 6 ? 4 : 16, 4);
+        pt_medium_desc d = grey_medium(0.5f, cases[k].sigma_s);
+        pt_render_desc v = view(pt_v3(3, 2, 4), pt_v3(0.5f, 0.5f, 0.5f), 20, cases[k].most > 1 ? 4 : 16, 4);
         pt_stats stats = { 0 };
         static float rgb[16 * 16 * 3];
-        d.density = k == 3 ? hardly_any : k == 2 ? nan_density : ramp;
-        d.density_max = k == 3 ? 1e12f : k == 1 ? 1 : 0.8f;
-        if (k > 3 && k < 7) d.sigma_s = pt_v3(0, 0, 0);  /* what only darkens is never hit, but looked at */
-        if (k == 5) d.density = nan_density;
-        if (k == 6) { d.density = hardly_any; d.density_max = 1e12f; }
-        if (k == 7) { d.density = NULL; d.density_max = 0; d.tracking = PT_TRACK_MARCH; d.step = 1e-9f; }
+        d.density = cases[k].density;
+        d.density_max = cases[k].most;
+        if (!d.density) { d.tracking = PT_TRACK_MARCH; d.step = 1e-9f; }
         fill_box(s, 0, 1, &d);
         sky(s, 1);
         if (!commit(s) || !render(s, &v, rgb, &stats)) return;
-        CHECK((stats.exceeded > 0) == (k != 1));
+        CHECK((stats.exceeded > 0) == !cases[k].fine);
         CHECK(stats.discarded == stats.exceeded && stats.exceeded < 16 * 16 * 4);
-        CHECK_EQ_INT(h.times, k != 1);
-        CHECK(k == 1 || strstr(h.text, "density_max"));
+        CHECK_EQ_INT(h.times, !cases[k].fine);
+        CHECK(cases[k].fine || strstr(h.text, "density_max"));
         pt_scene_destroy(s);
     }
 }
@@ -852,6 +853,31 @@ static double weigh_density(const weigh_case *c, int volume, int channel, double
     return volume == 1 ? fabs(x) < 1.2 : 1;
 }
 static float weigh_function(void *user, pt_vec3 p) { (void)user; return p.x > 0.1f ? p.x : 0.2f; }
+/* From x = -2 along x, with up to two lamps to aim at. */
+static void prepare_flight(pti_flight *f, const pt_scene *s, pti_sampler *sampler, uint32_t seed, int aims) {
+    memset(f, 0, sizeof *f);
+    memset(sampler, 0, sizeof *sampler);
+    sampler->pixel_seed = seed;
+    sampler->kind = PT_SAMPLER_RANDOM;
+    f->volumes = &s->volumes; f->trace = pti_trace_for(s->isa);
+    f->org = pt_v3(-2, 0, 0); f->dir = pt_v3(1, 0, 0);
+    f->group = PTI_GROUP_FLIGHT; f->sampler = sampler;
+    f->seed = 5;
+    f->aims[0].at = 2.3f; f->aims[0].distance = 0.1f; f->aims[0].power = 1;
+    f->aims[1].at = 4.5f; f->aims[1].distance = 0.4f; f->aims[1].power = 3;
+    f->aim_count = aims;
+}
+/* Number n of them, its hero drawn by q: what it hits before *t, which becomes where, and its weight. */
+static const pti_volume *fly_again(pti_flight *f, pti_sampler *sampler, int n, pt_vec3 q, float *t, pt_vec3 *w) {
+    float u = ((float)(n % 1000) + 0.5f) / 1000;
+    const pti_volume *hit;
+    pti_sampler_start(sampler, (uint32_t)n);
+    f->index = (uint32_t)n;
+    f->hero = u < q.x ? 0 : u < q.x + q.y ? 1 : 2;
+    hit = pti_flight_hit(f, t);
+    *w = pti_flight_weight(f, *t, hit, q);
+    return hit;
+}
 static void weights_make_up_for_sampling(void) {
     static const weigh_case cases[] = {
         { "grey", 0, 0, 0, { 1, 0, 0 } }, { "grey, aimed", 0, 0, 2, { 1, 0, 0 } }, { "chromatic", 1, 0, 0, { 0.2f, 0.5f, 0.3f } },
@@ -867,7 +893,7 @@ static void weights_make_up_for_sampling(void) {
         pti_sampler sampler;
         pti_flight f;
         double want[4][3], tau[3] = { 0, 0, 0 };
-        int n, k, ch, exceeded = 0;
+        int n, k, ch;
         d[0] = grey_medium(0.1f, 0.4f); d[1] = grey_medium(0, 0.3f); d[2] = grey_medium(0.05f, 0.1f);
         if (c->chromatic) {
             d[0].sigma_s = pt_v3(0.2f, 0.6f, 1.2f); d[0].sigma_a = pt_v3(0.5f, 0, 0.1f);
@@ -891,26 +917,11 @@ static void weights_make_up_for_sampling(void) {
         pt_add_volume(s, pt_add_sphere(s, pt_v3(0, 0, 0), 1.2f, no_material), pt_add_medium(s, &d[1]));
         pt_add_volume(s, everywhere, pt_add_medium(s, &d[2]));
         if (!commit(s)) return;
-        memset(&f, 0, sizeof f);
-        memset(&sampler, 0, sizeof sampler);
-        sampler.pixel_seed = 3 + (uint32_t)i;
-        sampler.kind = PT_SAMPLER_RANDOM;
-        f.volumes = &s->volumes; f.trace = pti_trace_for(s->isa);
-        f.org = pt_v3(-2, 0, 0); f.dir = pt_v3(1, 0, 0);
-        f.group = PTI_GROUP_FLIGHT; f.sampler = &sampler;
-        f.seed = 5;
-        f.aims[0].at = 2.3f; f.aims[0].distance = 0.1f; f.aims[0].power = 1;
-        f.aims[1].at = 4.5f; f.aims[1].distance = 0.4f; f.aims[1].power = 3;
-        f.aim_count = c->aims;
+        prepare_flight(&f, s, &sampler, 3 + (uint32_t)i, c->aims);
         for (n = 0; n < 300000; n++) {
-            const pti_volume *hit;
-            float t = 5, u = ((float)(n % 1000) + 0.5f) / 1000;
+            float t = 5;
             pt_vec3 w;
-            pti_sampler_start(&sampler, (uint32_t)n);
-            f.index = (uint32_t)n;
-            f.hero = u < c->q.x ? 0 : u < c->q.x + c->q.y ? 1 : 2;
-            hit = pti_flight_hit(&f, &t, &exceeded);
-            w = pti_flight_weight(&f, t, hit, c->q);
+            const pti_volume *hit = fly_again(&f, &sampler, n, c->q, &t, &w);
             for (k = 0; k < 4; k++) for (ch = 0; ch < 3; ch++) {
                 int it = k == 3 ? !hit : hit == s->volumes.all + (k + 1) % 3;
                 double x = (double)t - 2;
@@ -939,7 +950,7 @@ static void weights_make_up_for_sampling(void) {
 static void flights_that_must_hit(void) {
     static const pt_vec3 sigma_s[] = { { 0.001f, 0.001f, 0.001f }, { 1, 1, 1 }, { 8, 8, 8 }, { 0.02f, 0.3f, 2 }, { 0, 0.5f, 30 } };
     static const pt_vec3 q = { 0.2f, 0.5f, 0.3f };
-    int i, aims, n, ch, exceeded = 0;
+    int i, aims, n, ch;
     for (i = 0; i < 5; i++) for (aims = 0; aims < 3; aims += 2) {
         pt_scene *s = pt_scene_create(NULL);
         pt_medium_desc d = grey_medium(0, 0);
@@ -956,28 +967,13 @@ static void flights_that_must_hit(void) {
         }
         fill_box(s, -1, 1, &d);
         if (!commit(s)) return;
-        memset(&f, 0, sizeof f);
-        memset(&sampler, 0, sizeof sampler);
-        sampler.pixel_seed = 31 + (uint32_t)i;
-        sampler.kind = PT_SAMPLER_RANDOM;
-        f.volumes = &s->volumes; f.trace = pti_trace_for(s->isa);
-        f.org = pt_v3(-2, 0, 0); f.dir = pt_v3(1, 0, 0);
-        f.group = PTI_GROUP_FLIGHT; f.sampler = &sampler;
+        prepare_flight(&f, s, &sampler, 31 + (uint32_t)i, aims);
         f.blind = 1;
-        f.aims[0].at = 2.3f; f.aims[0].distance = 0.1f; f.aims[0].power = 1;
-        f.aims[1].at = 1.5f; f.aims[1].distance = 0.4f; f.aims[1].power = 3;
-        f.aim_count = aims;
         for (n = 0; n < 300000; n++) {
-            const pti_volume *hit;
-            float t = FLT_MAX, u = ((float)(n % 1000) + 0.5f) / 1000;
+            float t = FLT_MAX;
             pt_vec3 w;
-            pti_sampler_start(&sampler, (uint32_t)n);
-            f.index = (uint32_t)n;
-            f.hero = u < q.x ? 0 : u < q.x + q.y ? 1 : 2;
-            f.aimed_in = NULL;
-            hit = pti_flight_hit(&f, &t, &exceeded);
+            const pti_volume *hit = fly_again(&f, &sampler, n, q, &t, &w);
             if (!hit) { test_case("%d, %d aims, flight %d passes", i, aims, n); CHECK(hit != NULL); break; }
-            w = pti_flight_weight(&f, t, hit, q);
             for (ch = 0; ch < 3; ch++) stats_push(&m[ch], (double)pti_axis(w, ch) * (1 + ((double)t - 2) * ((double)t - 2)));
         }
         for (ch = 0; ch < 3; ch++) {

@@ -38,7 +38,7 @@ static double mix_pdf(void *ctx, pt_vec3 wi) {           /* what reflects nothin
     mix_test *t = (mix_test *)ctx;
     pt_vec3 f;
     float guided;
-    return pti_mixture_pdf(&t->mix, wi, &(pti_drawn){ NULL, 0, { 0, 0, 0 } }, &f, &guided);
+    return pti_mixture_pdf(&t->mix, wi, UNKNOWN, &f, &guided);
 }
 static void chi2_mixture(mix_test *t, double total, uint64_t seed) {
     chi2_directions_desc d;
@@ -95,7 +95,7 @@ static double below_horizon(const pti_mixture *m) {
     for (y = 0; y < DOWN; y++) for (x = 0; x < ACROSS; x++) {
         double h = (y + 0.5) / DOWN, r = sqrt(1 - h * h), phi = 2 * STATS_PI * (x + 0.5) / ACROSS;
         pt_vec3 wi = pt_v3((float)(r * cos(phi)), (float)-h, (float)(r * sin(phi)));
-        sum += pti_environment_pdf(&m->scene->environment, m->sky, wi, &(pti_on_map){ 0, 0, 0 }) * 2 * STATS_PI / (ACROSS * DOWN);
+        sum += pti_environment_pdf(&m->scene->environment, m->sky, wi, NOWHERE) * 2 * STATS_PI / (ACROSS * DOWN);
     }
     return sum;
 }
@@ -169,7 +169,7 @@ static void weights_of_steps(void) {
         if (!pti_mixture_sample(&t.mix, u, v, choice, &step)) continue;
         drawn++;
         CHECK(step.weight.x > 0 && step.weight.x <= 0.5f / t.mix.bsdf * 1.0001f);
-        CHECK_NEAR(step.weight.x * pti_mixture_pdf(&t.mix, step.wi, &(pti_drawn){ NULL, 0, { 0, 0, 0 } }, &f, &guided), 0.5 * step.wi.y / STATS_PI, 1e-5);
+        CHECK_NEAR(step.weight.x * pti_mixture_pdf(&t.mix, step.wi, UNKNOWN, &f, &guided), 0.5 * step.wi.y / STATS_PI, 1e-5);
         CHECK_NEAR(pti_length(step.wi), 1, 1e-5);
     }
     CHECK(drawn > 10000);

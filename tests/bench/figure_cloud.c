@@ -59,7 +59,7 @@ static double walk_alone(const pt_scene *s, int walks, double *mean) {
     pt_rng rng;
     double best = 1e30, start, hits, sum, way;
     float at, most;
-    int i, k, exceeded = 0;
+    int i, k;
     for (k = mean ? 0 : 1; k < 4; k++) {                 /* first, without a clock, where it flies */
         memset(&f, 0, sizeof f);
         f.volumes = &s->volumes;
@@ -72,7 +72,7 @@ static double walk_alone(const pt_scene *s, int walks, double *mean) {
             f.seed = (uint32_t)i;
             for (f.index = 0; f.index < 4096; f.index++) {
                 float t = FLT_MAX;
-                const pti_volume *hit = pti_flight_hit(&f, &t, &exceeded);
+                const pti_volume *hit = pti_flight_hit(&f, &t);
                 if (!k) {
                     sum += (double)pti_majorant_integral(&f, v, t, FLT_MAX, &at, &most);
                     way += (double)pti_span_length(&f, v, t);
