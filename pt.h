@@ -2062,16 +2062,8 @@ PTI_INLINE void pti_mesh_triangle(const pti_mesh *m, uint32_t triangle, pt_vec3 
     int k;
     for (k = 0; k < 3; k++) v[k] = pti_mesh_position(m, pti_mesh_index(m, triangle, k));
 }
-/* Bounds of a scene that is placed. */
-static void pti_bounds_placed(pti_bounds *b, const pti_bounds *inner, const pt_xform *to_world) {
-    int k;
-    for (k = 0; k < 8; k++)
-        pti_bounds_point(b, pti_xform_point(to_world, pt_v3(k & 1 ? inner->hi.x : inner->lo.x,
-                         k & 2 ? inner->hi.y : inner->lo.y, k & 4 ? inner->hi.z : inner->lo.z)));
-}
-/* Bounds of primitive i of a shape, wide enough for the rounding of whatever tests it. inner: of an instance's scene. Where
-   coefficients move linearly, so does every point, on a straight line that both ends' bounds hold. */
-static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bounds *inner) {
+/* Bounds of primitive i of a shape that is no instance, wide enough for the rounding of whatever tests it. */
+static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i) {
     pti_bounds b = pti_bounds_empty();
     pt_vec3 v[3];
     int k;
@@ -2084,11 +2076,7 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i, const pti_bou
         b.lo = b.hi = s->as.sphere.center;
         pti_bounds_pad(&b, s->as.sphere.radius);
         break;
-    case PTI_INSTANCE:
-        if (inner->lo.x > inner->hi.x) return b;         /* an empty scene */
-        pti_bounds_placed(&b, inner, &s->as.instance.to_world);
-        if (s->as.instance.to_world_end) pti_bounds_placed(&b, inner, s->as.instance.to_world_end);
-        break;
+    case PTI_INSTANCE: return b;                         /* see pti_instance_bounds */
     case PTI_USER:
         b.lo = s->as.user.lo;
         b.hi = s->as.user.hi;
@@ -2772,6 +2760,73 @@ static uint32_t pti_find_shape(const pti_geometry *g, uint32_t prim) {
     }
     return (uint32_t)lo;
 }
+/* How far a placed scene reaches along an axis of the world: the most of d . p over its points p, d being a row of the transform.
+   Its tree is searched for that point, the boxes that reach farthest first; those that reach farther than what was `found` by no
+   more than a fiftieth of the scene are not opened, and `most` is how far they do. (The box around a turned ball is half as large
+   as the box around the ball's turned box, and rays enter what is in it half as often.) */
+typedef struct pti_reach { const pti_bvh *bvh; float d[3], enough, found, most; } pti_reach;
+
+PTI_INLINE pti_f4 pti_reach_four(const pti_reach *r, const float *x, const float *y, const float *z) {
+    pti_f4 xy = pti_f4_add(pti_f4_mul(pti_f4_set(r->d[0]), pti_f4_load(x)), pti_f4_mul(pti_f4_set(r->d[1]), pti_f4_load(y)));
+    return pti_f4_add(xy, pti_f4_mul(pti_f4_set(r->d[2]), pti_f4_load(z)));
+}
+static void pti_reach_packet(pti_reach *r, const pti_packet *p) {
+    pti_f4 most = pti_f4_set(r->found);
+    float reach[4];
+    int k;
+    for (k = 0; k < 3; k++) most = pti_f4_max(pti_reach_four(r, p->v[k][0], p->v[k][1], p->v[k][2]), most);  /* but for NaN */
+    pti_f4_store(reach, most);
+    r->found = pti_max(pti_max(reach[0], reach[1]), pti_max(reach[2], reach[3]));
+}
+static void pti_reach_node(pti_reach *r, const pti_node *n) {
+    const float *x = n->plane[r->d[0] > 0], *y = n->plane[2 + (r->d[1] > 0)], *z = n->plane[4 + (r->d[2] > 0)];
+    float reach[PTI_WIDTH];
+    int k, next;
+    for (k = 0; k < PTI_WIDTH; k += 4) pti_f4_store(reach + k, pti_reach_four(r, x + k, y + k, z + k));
+    for (;;) {
+        for (k = 1, next = 0; k < PTI_WIDTH; k++) if (reach[k] > reach[next]) next = k;
+        if (!(reach[next] > pti_max(r->found + r->enough, r->most))) break;
+        if (PTI_KIND(n->child[next]) == PTI_LEAF) pti_reach_packet(r, pti_packet_at(r->bvh, n->child[next]));
+        else if (PTI_KIND(n->child[next]) == PTI_INNER) pti_reach_node(r, pti_node_at(r->bvh, n->child[next]));
+        else break;
+        reach[next] = -FLT_MAX;
+    }
+    r->most = pti_max(r->most, reach[next]);
+}
+static float pti_reach_along(const pti_bvh *bvh, float dx, float dy, float dz) {
+    pt_vec3 lo = bvh->bounds.lo, hi = bvh->bounds.hi;
+    pti_reach r;
+    r.bvh = bvh;
+    r.d[0] = dx; r.d[1] = dy; r.d[2] = dz;
+    r.enough = 0.02f * (fabsf(dx) * (hi.x - lo.x) + fabsf(dy) * (hi.y - lo.y) + fabsf(dz) * (hi.z - lo.z));
+    r.found = r.most = -FLT_MAX;
+    if (PTI_KIND(bvh->root) == PTI_INNER) pti_reach_node(&r, pti_node_at(bvh, bvh->root));
+    else if (PTI_KIND(bvh->root) == PTI_LEAF) pti_reach_packet(&r, pti_packet_at(bvh, bvh->root));
+    else r.most = dx * (dx > 0 ? hi.x : lo.x) + dy * (dy > 0 ? hi.y : lo.y) + dz * (dz > 0 ? hi.z : lo.z);
+    return pti_max(r.most, r.found);
+}
+/* Where coefficients move linearly, so does every point, on a straight line that both ends' bounds hold. */
+static void pti_scene_placed(pti_bounds *b, const pti_bvh *bvh, const pt_xform *to_world) {
+    const float *m = to_world->m;
+    pt_vec3 farthest = pti_max3(pti_neg(bvh->bounds.lo), bvh->bounds.hi), move = pt_v3(m[3], m[7], m[11]);
+    pti_bounds placed;
+    if (bvh->root == PTI_NONE) return;
+    placed.hi = pti_add(move, pt_v3(pti_reach_along(bvh, m[0], m[1], m[2]), pti_reach_along(bvh, m[4], m[5], m[6]),
+                                    pti_reach_along(bvh, m[8], m[9], m[10])));
+    placed.lo = pti_sub(move, pt_v3(pti_reach_along(bvh, -m[0], -m[1], -m[2]), pti_reach_along(bvh, -m[4], -m[5], -m[6]),
+                                    pti_reach_along(bvh, -m[8], -m[9], -m[10])));
+    pti_bounds_pad(&placed, PTI_ULPS_8 * pti_xform_magnitude(to_world, farthest));
+    pti_bounds_merge(b, &placed);
+}
+/* Of an object that is a shape by itself. */
+static pti_bounds pti_object_bounds(const pti_shape *s) {
+    pti_bounds b = pti_bounds_empty();
+    if (s->kind != PTI_INSTANCE) return pti_shape_bounds(s, 0);
+    pti_scene_placed(&b, &s->as.instance.of->bvh, &s->as.instance.to_world);
+    if (s->as.instance.to_world_end) pti_scene_placed(&b, &s->as.instance.of->bvh, s->as.instance.to_world_end);
+    return b;
+}
+
 /* Large slanted triangles fill little of their boxes. Where no spatial splits will cut them (see pti_find_cut), they are cut
    into pieces with boxes of their own before the tree is built (Ernst and Greiner 2007): each piece still means the whole
    triangle. What a box of half area A wastes around edges e1 and e2,
@@ -2804,7 +2859,7 @@ static void pti_collect_slice(void *user, size_t slice) {
                 box.hi = pti_max3(v[0], pti_max3(v[1], v[2]));
                 if (b->wastes) ((float *)(void *)b->places)[i] = pti_waste(&box, c);
             }
-        } else box = pti_shape_bounds(s, 0, s->kind == PTI_INSTANCE ? &s->as.instance.of->bvh.bounds : NULL);
+        } else box = pti_object_bounds(s);
         r->lo[0] = box.lo.x; r->lo[1] = box.lo.y; r->lo[2] = box.lo.z; r->shape = (uint32_t)(s - g->shapes) ^ PTI_MIDDLING;
         r->hi[0] = box.hi.x; r->hi[1] = box.hi.y; r->hi[2] = box.hi.z; r->prim = (i - s->first) ^ PTI_MIDDLING;
     }
@@ -2952,7 +3007,7 @@ static pti_bounds pti_refit_child(pti_refit *r, uint32_t child, int above) {    
     if (PTI_KIND(child) == PTI_LEAF) return pti_refit_packet(g, pti_packet_at(&g->bvh, child));
     if (PTI_KIND(child) == PTI_OBJECT) {
         const pti_shape *s = g->shapes + PTI_INDEX(child);
-        return pti_shape_bounds(s, 0, s->kind == PTI_INSTANCE ? &s->as.instance.of->bvh.bounds : NULL);
+        return pti_object_bounds(s);
     }
     if (above == 1) return r->box[r->next++];
     n = pti_node_at(&g->bvh, child);
@@ -8340,7 +8395,7 @@ static int pti_volume_bound(pti_volume *v, const pti_shape *shape, const pt_allo
     v->outwards = 1;
     v->box = pti_bounds_empty();
     for (i = 0; i < shape->count && shape->kind != PTI_INSTANCE; i++) {
-        b = pti_shape_bounds(shape, i, NULL);
+        b = pti_shape_bounds(shape, i);
         pti_bounds_merge(&v->box, &b);
     }
     if (shape->kind == PTI_SPHERE) {
@@ -8455,6 +8510,12 @@ static int pti_collect_fillings(pt_scene *s) {
         if (medium && !pti_filling_add(s, (uint32_t)i + 1, medium)) return 0;
     }
     return 1;
+}
+static void pti_bounds_placed(pti_bounds *b, const pti_bounds *inner, const pt_xform *to_world) {
+    int k;
+    for (k = 0; k < 8; k++)
+        pti_bounds_point(b, pti_xform_point(to_world, pt_v3(k & 1 ? inner->hi.x : inner->lo.x,
+                         k & 2 ? inner->hi.y : inner->lo.y, k & 4 ? inner->hi.z : inner->lo.z)));
 }
 static void pti_volume_world(const pti_volume *v, pti_bounds *b) {
     *b = v->in ? pti_bounds_empty() : v->box;

@@ -16,7 +16,7 @@ static v3 point_of(const v3 v[3], int i) {               /* on a grid: corners, 
 typedef struct census { const pti_geometry *g; uint32_t *seen; int bad_boxes, cut, depth, most_left, leaves, lanes; } census;
 static void take_primitive(census *c, const pti_bounds *box, uint32_t prim) {
     const pti_shape *s = c->g->shapes + pti_find_shape(c->g, prim);
-    pti_bounds b = pti_shape_bounds(s, prim - s->first, s->kind == PTI_INSTANCE ? &s->as.instance.of->bvh.bounds : NULL);
+    pti_bounds b = s->kind == PTI_MESH ? pti_shape_bounds(s, prim - s->first) : pti_object_bounds(s);
     pt_vec3 f[3];
     v3 v[3];
     int i;
@@ -678,6 +678,45 @@ static void rays_from_the_floor(void) {
         mesh_free(&m);
     }
 }
+/* The box around a placed scene: no corner of it lies outside, and it is at most 2 % of the turned box's size too large. */
+static void placed_boxes_are_tight(void) {
+    pt_rng r;
+    int trial, k, i;
+    size_t v;
+    pt_rng_seed(&r, 5, 1);
+    for (trial = 0; trial < 60; trial++) {
+        size_t triangles = (size_t)magnitude(&r, 1, 3000);
+        mesh m = soup(RANDOM, triangles, &r);
+        pt_scene *inner = scene_built(&m, (pt_quality)(trial % 3), 1), *s = pt_scene_create(NULL);
+        pt_xform x;
+        pti_bounds b;
+        double scale = magnitude(&r, 1e-3, 1e3), lo[3], hi[3];
+        for (k = 0; k < 12; k++) x.m[k] = (float)(k % 4 == 3 ? between(&r, -100, 100) : scale * between(&r, -1, 1));
+        pt_add_instance(s, inner, &x);
+        committed(s);
+        b = pti_object_bounds(s->geometry.shapes);
+        lo[0] = (double)b.lo.x; lo[1] = (double)b.lo.y; lo[2] = (double)b.lo.z;
+        hi[0] = (double)b.hi.x; hi[1] = (double)b.hi.y; hi[2] = (double)b.hi.z;
+        test_case("trial %d, %d triangles", trial, (int)triangles);
+        for (i = 0; i < 3; i++) {
+            const float *row = x.m + 4 * i;
+            const pti_bounds *box = &inner->geometry.bvh.bounds;
+            double least = 1e30, most = -1e30, size = v3_dot(v3_of(fabs((double)row[0]), fabs((double)row[1]), fabs((double)row[2])),
+                                                             v3_sub(v3_from(box->hi), v3_from(box->lo)));
+            for (v = 0; v < m.vertices; v++) {
+                double at = (double)row[3];
+                for (k = 0; k < 3; k++) at += (double)row[k] * (double)m.p[3 * v + (size_t)k];
+                if (at < least) least = at;
+                if (at > most) most = at;
+            }
+            CHECK(lo[i] <= least && least <= lo[i] + 0.02 * size + 1e-4);
+            CHECK(hi[i] >= most && most >= hi[i] - 0.02 * size - 1e-4);
+        }
+        pt_scene_destroy(s);
+        pt_scene_destroy(inner);
+        mesh_free(&m);
+    }
+}
 /* As it is documented: a direction that is all below 1e-37 hits nothing, be it a triangle or a sphere. */
 static void directions_too_short(void) {
     static const float length[5] = { 1e-36f, 1.01e-37f, 0.99e-37f, 1e-38f, 1e-42f };
@@ -729,6 +768,7 @@ void test_bvh(void) {
     RUN(mixed_scenes_match_brute_force);
     RUN(ties_go_to_the_lower_id);
     RUN(ranges_are_exact);
+    RUN(placed_boxes_are_tight);
     RUN(rays_from_the_floor);
     RUN(directions_too_short);
     RUN(far_away_slow_axes_count);
