@@ -2140,8 +2140,7 @@ typedef struct pti_geometry {
 /* While it is built. A primitive: what sits beside the corners of its box reads as floats of middling size, so that arithmetic on
    all four is quick. A range of primitives, and up to `room` space for those that come when some are cut in two; link: where its
    split's index is awaited. A split: left and right are the indices of the splits of its halves, 0 where one is a leaf. There are
-   fewer of them than primitives and space: they have the indices from begin + 1, in the order in which they come to be, or where
-   several threads share the range, each has that at which its right half begins. */
+   fewer of them than primitives and space; each thread takes some at a time, so that those that are not needed cost no pages. */
 typedef struct pti_box { pti_f4 lo, hi; } pti_box;
 typedef struct pti_ref { float lo[3]; uint32_t shape; float hi[3]; uint32_t prim; } pti_ref;       /* prim within its shape */
 #define PTI_MIDDLING 0x40000000u                         /* the bits of 2.0f: combined with shape and prim, so that what pti_f4_load
@@ -2157,7 +2156,8 @@ typedef struct pti_builder {
     int threads, bins, cuts;                             /* cuts: may space be split? */
     float area;                                          /* half of that of all */
     pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
-    pti_halves *splits;
+    pti_halves *splits;  size_t split_count;
+    pti_mutex lock;                                      /* of split_count */
     int wastes;                                          /* are triangles' wastes wanted? see pti_waste */
     uint32_t *places;                                    /* those; then at a leaf's first primitive, how many it has; then
                                                             pti_place_packet */
@@ -2499,6 +2499,16 @@ static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left,
         *right = pti_range_make(b, middle, r->end, r->room, r->depth + 1);
     }
 }
+#define PTI_FEW_SPLITS 16                                /* that a task takes at a time */
+static size_t pti_next_split(pti_builder *b, size_t *next) {       /* *next: 0 at first */
+    if (*next % PTI_FEW_SPLITS == 0) {
+        pti_lock(&b->lock);
+        *next = b->split_count;
+        b->split_count += PTI_FEW_SPLITS;
+        pti_unlock(&b->lock);
+    }
+    return (*next)++;
+}
 static void pti_keep_split(pti_builder *b, size_t index, const pti_range *r, pti_range *left, pti_range *right) {
     pti_halves *split = b->splits + index;
     float corner[4];
@@ -2547,10 +2557,11 @@ static void pti_halves_weigh(pti_builder *b, uint32_t split) {
 }
 static void pti_build_range(pti_builder *b, const pti_range *r, size_t *next) {
     pti_range left, right;
-    size_t split = *next;
+    size_t split;
     if (pti_is_leaf(b, r->begin, r->end)) { b->places[r->begin] = (uint32_t)(r->end - r->begin); return; }
     pti_split_range(b, r, &left, &right);
-    pti_keep_split(b, (*next)++, r, &left, &right);
+    split = pti_next_split(b, next);
+    pti_keep_split(b, split, r, &left, &right);
     pti_build_range(b, &left, next);
     pti_build_range(b, &right, next);
     pti_halves_weigh(b, (uint32_t)split);
@@ -2558,20 +2569,22 @@ static void pti_build_range(pti_builder *b, const pti_range *r, size_t *next) {
 
 /* The upper levels: all ranges of a level side by side, until they are small enough for one thread each. */
 #define PTI_TASKS 64
+#define PTI_SMALL_TASK 1000
+static size_t pti_most_splits(size_t room) { return room + PTI_FEW_SPLITS * (room > PTI_SMALL_TASK ? 2 * PTI_TASKS : 1); }
 static void pti_split_task(void *user, size_t i) {
     pti_builder *b = (pti_builder *)user;
     pti_range whole = b->tasks[i], *left = &b->tasks[i], *right = &b->tasks[b->task_count + i];
     pti_split_range(b, &whole, left, right);
-    pti_keep_split(b, right->begin, &whole, left, right);
+    pti_keep_split(b, b->task_count + i, &whole, left, right);
 }
 static void pti_build_task(void *user, size_t i) {
     pti_builder *b = (pti_builder *)user;
-    size_t next = b->tasks[i].begin + 1;
+    size_t next = 0;
     pti_build_range(b, &b->tasks[i], &next);
 }
 static void pti_build_splits(pti_builder *b, const pti_range *all) {
     pti_range tasks[2 * PTI_TASKS];
-    size_t enough = b->count / PTI_TASKS > 1000 ? b->count / PTI_TASKS : 1000, large, i;
+    size_t enough = b->count / PTI_TASKS > PTI_SMALL_TASK ? b->count / PTI_TASKS : PTI_SMALL_TASK, large, i;
     b->tasks = tasks;
     tasks[0] = *all;
     b->task_count = 1;
@@ -2586,6 +2599,7 @@ static void pti_build_splits(pti_builder *b, const pti_range *all) {
         pti_parallel(b->threads, pti_split_task, b, large);
         b->task_count += large;
     }
+    b->split_count = (b->task_count + PTI_FEW_SPLITS - 1) / PTI_FEW_SPLITS * PTI_FEW_SPLITS;
     pti_parallel(b->threads, pti_build_task, b, b->task_count);
     pti_halves_weigh(b, b->top);
 }
@@ -3047,16 +3061,17 @@ static const struct { int bins; uint32_t per_piece; int cuts; } pti_qualities[] 
 static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality quality, int threads) {  /* 0 when out of memory */
     uint32_t per_piece = pti_qualities[quality].per_piece;
     pti_builder b;
-    int fine;
+    int fine, locked;
     memset(&b, 0, sizeof b);
     b.g = g;
     b.threads = threads;
     b.bins = pti_qualities[quality].bins;
     b.room = (size_t)g->prim_count + (per_piece ? g->prim_count / per_piece : 0);
     b.refs = (pti_ref *)pti_alloc_unset(a, b.room, sizeof *b.refs);
-    b.splits = (pti_halves *)pti_alloc_unset(a, b.room, sizeof *b.splits);
+    b.splits = (pti_halves *)pti_alloc_unset(a, pti_most_splits(b.room), sizeof *b.splits);
     b.places = (uint32_t *)pti_alloc(a, b.room, sizeof *b.places);
-    fine = b.refs && b.splits && b.places;
+    locked = pti_mutex_init(&b.lock);
+    fine = b.refs && b.splits && b.places && locked;
     g->bvh.root = PTI_NONE;
     g->bvh.bounds = pti_bounds_empty();
     b.wastes = per_piece > 0;
@@ -3072,8 +3087,9 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
         fine = pti_bvh_place(&b, a);
     }
     pti_free(a, b.refs, b.room, sizeof *b.refs);
-    pti_free(a, b.splits, b.room, sizeof *b.splits);
+    pti_free(a, b.splits, pti_most_splits(b.room), sizeof *b.splits);
     pti_free(a, b.places, b.room, sizeof *b.places);
+    if (locked) pti_mutex_free(&b.lock);
     return fine;
 }
 
