@@ -3378,7 +3378,8 @@ PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
     _mm_prefetch(p, _MM_HINT_T0); _mm_prefetch(p + 64, _MM_HINT_T0);
     _mm_prefetch(p + 128, _MM_HINT_T0); _mm_prefetch(p + 192, _MM_HINT_T0);
 }
-/* All without a loop: the children in the node's order for this octant, then those that were met moved together. */
+/* All without a loop: the children in the node's order for this octant, then those that were met moved together. Where only one
+   was met, nothing is left to be moved; to find that out by a branch would cost more, since chance decides it. */
 PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, float limit, int any,
                                             pti_stack *s, int *top) {
     __m256 enter, missed = pti_boxes_avx2(n, r, limit, &enter);
@@ -3402,8 +3403,7 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
         mask ^= 1u << next;
         next = n->child[fours >> 4 * next & 7];
         pti_prefetch(b, next);
-        if (!mask) return next;
-        pti_prefetch(b, n->child[fours >> 4 * pti_highest_bit(mask) & 7]);
+        pti_prefetch(b, n->child[fours >> 4 * pti_highest_bit(mask | 1) & 7]);
         pick = _mm256_permutevar8x32_epi32(order, pti_spread_avx2(pti_set_bits[mask]));
         _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pick));
         _mm256_storeu_ps(s->enter + *top, _mm256_permutevar8x32_ps(enter, pick));
