@@ -1975,8 +1975,9 @@ PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin
 
 /* A hit on its way to becoming a pt_vertex. Ties in t are decided by the ids in the outer, then in the inner scene. */
 typedef struct pti_hit {
-    float t, u, v;                                       /* u, v: barycentric on a triangle, the user's own on his shapes */
-    int found;
+    float t;
+    int found;                                           /* between t and u, lest compilers store both at once: t is waited for, */
+    float u, v;                                          /* u divides. Barycentric on a triangle; the user's own on his shapes */
     uint32_t outer, prim;                                /* ids; outer = prim outside instances */
     uint32_t shape, instance;                            /* 1 + index. shape is 0 on triangles until it is looked up */
     pt_vec3 ng;                                          /* user shapes only */
@@ -2114,7 +2115,7 @@ typedef struct pti_node {
     float plane[6][PTI_WIDTH];                           /* x low, x high, y low, y high, z low, z high, of each child */
     uint32_t child[PTI_WIDTH];                           /* unused ones: PTI_NONE, with an inside-out box */
     uint32_t order[8];                                   /* for each octant of directions (1: x < 0, 2: y < 0, 4: z < 0) the
-                                                            children from far to near, four bits each, the first lowest */
+                                                            children from near to far, four bits each, the first lowest */
 } pti_node;
 /* A node is followed by the packets of its leaves, then by its inner children and all that is theirs. */
 typedef struct pti_block { float f[8]; } pti_block;
@@ -2664,12 +2665,12 @@ static void pti_node_order(pti_node *n) {
             order |= (uint32_t)i << 4 * (farther & 7);
             other |= (uint32_t)i << 4 * (PTI_WIDTH - 1 - (farther & 7));
         }
-        n->order[octant] = order;
-        n->order[7 - octant] = other;
+        n->order[octant] = other;
+        n->order[7 - octant] = order;
     }
 }
-/* The largest first: any hit, for which near and far are all one, looks from the last to the first, since in small boxes there is
-   a hit or there soon is none. */
+/* The smallest first: any hit, for which near and far are all one, looks in this order, since in small boxes there is a hit or
+   there soon is none. */
 static void pti_order_branches(const pti_builder *b, pti_branch part[PTI_WIDTH], pti_bounds box[PTI_WIDTH], int count) {
     int i, k;
     for (k = 0; k < count; k++) {
@@ -2677,7 +2678,7 @@ static void pti_order_branches(const pti_builder *b, pti_branch part[PTI_WIDTH],
         pti_bounds whole;
         pti_branch_box(b, &p, &whole);
         p.area = pti_bounds_area(&whole);
-        for (i = k; i > 0 && part[i - 1].area < p.area; i--) { part[i] = part[i - 1]; box[i] = box[i - 1]; }
+        for (i = k; i > 0 && part[i - 1].area > p.area; i--) { part[i] = part[i - 1]; box[i] = box[i - 1]; }
         part[i] = p;
         box[i] = whole;
     }
@@ -2717,8 +2718,8 @@ static uint32_t pti_lay_out(pti_builder *b, const pti_branch *p, size_t *used, p
         for (k = 0; k < PTI_WIDTH; k++) pti_node_set(n, k, &box[k], PTI_NONE);
         pti_node_order(n);
     }
-    for (inner = 0; inner < 2; inner++) {                /* leaves first */
-        for (k = 0; k < count; k++) {
+    for (inner = 0; inner < 2; inner++) {                /* leaves first, then what is visited most */
+        for (k = count - 1; k >= 0; k--) {
             if ((part[k].split != 0) != inner) continue;
             child = pti_lay_out(b, &part[k], used, rest);
             if (n) n->child[k] = child;
@@ -3353,15 +3354,15 @@ PTI_VISIT(neon)
 #endif
 
 #if defined(PTI_X86)
-/* Which bits of m are set, four bits each, the first lowest. */
+/* Which bits of m are set, four bits each, the last lowest. */
 #define PTI_BIT(m, k) ((uint32_t)(m) >> (k) & 1u)
 #define PTI_PUT(m, k, at) (PTI_BIT(m, k) * (k##u << 4 * (at)))
-#define PTI_BITS(m) PTI_PUT(m, 1, PTI_BIT(m, 0)) + PTI_PUT(m, 2, PTI_BIT(m, 0) + PTI_BIT(m, 1)) \
-    + PTI_PUT(m, 3, PTI_BIT(m, 0) + PTI_BIT(m, 1) + PTI_BIT(m, 2)) \
-    + PTI_PUT(m, 4, PTI_BIT(m, 0) + PTI_BIT(m, 1) + PTI_BIT(m, 2) + PTI_BIT(m, 3)) \
-    + PTI_PUT(m, 5, PTI_BIT(m, 0) + PTI_BIT(m, 1) + PTI_BIT(m, 2) + PTI_BIT(m, 3) + PTI_BIT(m, 4)) \
-    + PTI_PUT(m, 6, PTI_BIT(m, 0) + PTI_BIT(m, 1) + PTI_BIT(m, 2) + PTI_BIT(m, 3) + PTI_BIT(m, 4) + PTI_BIT(m, 5)) \
-    + PTI_PUT(m, 7, PTI_BIT(m, 0) + PTI_BIT(m, 1) + PTI_BIT(m, 2) + PTI_BIT(m, 3) + PTI_BIT(m, 4) + PTI_BIT(m, 5) + PTI_BIT(m, 6))
+#define PTI_BITS(m) PTI_PUT(m, 6, PTI_BIT(m, 7)) + PTI_PUT(m, 5, PTI_BIT(m, 7) + PTI_BIT(m, 6)) \
+    + PTI_PUT(m, 4, PTI_BIT(m, 7) + PTI_BIT(m, 6) + PTI_BIT(m, 5)) \
+    + PTI_PUT(m, 3, PTI_BIT(m, 7) + PTI_BIT(m, 6) + PTI_BIT(m, 5) + PTI_BIT(m, 4)) \
+    + PTI_PUT(m, 2, PTI_BIT(m, 7) + PTI_BIT(m, 6) + PTI_BIT(m, 5) + PTI_BIT(m, 4) + PTI_BIT(m, 3)) \
+    + PTI_PUT(m, 1, PTI_BIT(m, 7) + PTI_BIT(m, 6) + PTI_BIT(m, 5) + PTI_BIT(m, 4) + PTI_BIT(m, 3) + PTI_BIT(m, 2)) \
+    + PTI_PUT(m, 7, 0)
 #define PTI_BITS4(m) PTI_BITS(m), PTI_BITS(m + 1), PTI_BITS(m + 2), PTI_BITS(m + 3)
 #define PTI_BITS16(m) PTI_BITS4(m), PTI_BITS4(m + 4), PTI_BITS4(m + 8), PTI_BITS4(m + 12)
 #define PTI_BITS64(m) PTI_BITS16(m), PTI_BITS16(m + 16), PTI_BITS16(m + 32), PTI_BITS16(m + 48)
@@ -3388,9 +3389,8 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
     if (any) {
         mask = (uint32_t)_mm256_movemask_ps(missed) ^ 0xffu;
         if (!mask) return PTI_NONE;
-        next = pti_highest_bit(mask);
-        mask ^= 1u << next;
-        next = n->child[next];
+        next = n->child[pti_lowest_bit(mask)];
+        mask &= mask - 1;
         pti_prefetch(b, next);
         if (!mask) return next;
         for (rest = mask; rest; rest &= rest - 1) pti_prefetch(b, n->child[pti_lowest_bit(rest)]);
@@ -3399,11 +3399,10 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
         __m256i order = pti_spread_avx2(fours), pick;
         mask = (uint32_t)_mm256_movemask_ps(_mm256_permutevar8x32_ps(missed, order)) ^ 0xffu;
         if (!mask) return PTI_NONE;
-        next = pti_highest_bit(mask);
-        mask ^= 1u << next;
-        next = n->child[fours >> 4 * next & 7];
+        next = n->child[fours >> 4 * pti_lowest_bit(mask) & 7];
+        mask &= mask - 1;
         pti_prefetch(b, next);
-        pti_prefetch(b, n->child[fours >> 4 * pti_highest_bit(mask | 1) & 7]);
+        pti_prefetch(b, n->child[fours >> 4 * pti_lowest_bit(mask | 0x80) & 7]);
         pick = _mm256_permutevar8x32_epi32(order, pti_spread_avx2(pti_set_bits[mask]));
         _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pick));
         _mm256_storeu_ps(s->enter + *top, _mm256_permutevar8x32_ps(enter, pick));
@@ -3434,15 +3433,16 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
     const pti_ray *r = world;
     pti_ray local;
     pti_instance moved;
-    float slack = g->bvh.slack * fabsf(r->sz), limit = hit->t * PTI_WIDEN + slack;
-    uint32_t child = g->bvh.root, instance = 0, instance_prim = PTI_NONE, mask;
+    pti_bvh bvh = g->bvh;                                /* a copy, which what is pushed can not overwrite */
+    float slack = bvh.slack * fabsf(r->sz), limit = hit->t * PTI_WIDEN + slack;
+    uint32_t child = bvh.root, instance = 0, instance_prim = PTI_NONE, mask;
     int top = 0, found;
     for (;;) {
         while (PTI_KIND(child) == PTI_INNER)
-            child = visit(&g->bvh, pti_node_at(&g->bvh, child), r, limit, any, &stack, &top);
+            child = visit(&bvh, pti_node_at(&bvh, child), r, limit, any, &stack, &top);
         found = 0;
         if (PTI_KIND(child) == PTI_LEAF) {
-            const pti_packet *p = pti_packet_at(&g->bvh, child);
+            const pti_packet *p = pti_packet_at(&bvh, child);
             mask = triangles(p, r, hit->t, &lanes);
             found = mask && pti_packet_hit(p, mask, &lanes, hit, instance_prim, any);
         } else if (child != PTI_NONE) {
@@ -3458,8 +3458,8 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                 instance_prim = s->first;
                 stack.child[top] = PTI_BACK;
                 stack.enter[top++] = -1;
-                g = in->of; r = &local; child = g->bvh.root;
-                slack = g->bvh.slack * fabsf(r->sz);
+                g = in->of; r = &local; bvh = g->bvh; child = bvh.root;
+                slack = bvh.slack * fabsf(r->sz);
                 limit = hit->t * PTI_WIDEN + slack;
                 continue;
             }
@@ -3476,8 +3476,8 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
                 if (any || stack.enter[top] <= limit) break;
                 continue;                                /* it lies behind what has been hit since */
             }
-            g = scene; r = world;
-            slack = g->bvh.slack * fabsf(r->sz);
+            g = scene; r = world; bvh = g->bvh;
+            slack = bvh.slack * fabsf(r->sz);
             limit = hit->t * PTI_WIDEN + slack;
             instance = 0; instance_prim = PTI_NONE;
         }
@@ -4642,7 +4642,7 @@ static const pti_volume *pti_visit_next(pti_visit *v, float tmax) {
         if (PTI_KIND(child) == PTI_OBJECT) return all->all + all->unbounded + PTI_INDEX(child);
         n = pti_node_at(&all->tree.bvh, child);
         mask = pti_boxes_scalar(n, &v->ray, tmax * PTI_WIDEN, enter);
-        for (; mask; mask &= mask - 1) v->stack[v->top++] = n->child[pti_lowest_bit(mask)];
+        for (; mask; mask ^= 1u << pti_highest_bit(mask)) v->stack[v->top++] = n->child[pti_highest_bit(mask)];
     }
     return NULL;
 }
