@@ -2990,21 +2990,25 @@ typedef struct pti_refit {
 
 static pti_bounds pti_refit_packet(const pti_geometry *g, pti_packet *p) {
     const pti_shape *s = g->shapes + pti_find_shape(g, p->prim[0]);
-    pti_bounds box = pti_bounds_empty();
-    int lane, corner, flat;
+    pti_box box = pti_box_empty();
+    float lo[4], hi[4];
+    pti_bounds bounds;
+    int lane, corner;
     for (lane = 0; lane < PTI_LANES && p->prim[lane] != PTI_NONE; lane++) {
         pt_vec3 v[3];
         if (p->prim[lane] - s->first >= s->count) s = g->shapes + pti_find_shape(g, p->prim[lane]);
         pti_mesh_triangle(&s->as.mesh, p->prim[lane] - s->first, v);
-        flat = pti_is_zero3(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0])));    /* for now; rounding, seen from
-                                                                                        elsewhere, would let rays hit it */
+        if (pti_is_zero3(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0]))))
+            memset(v, 0xff, sizeof v);                   /* flat for now: NaN, since rounding, seen from elsewhere, would let rays
+                                                            hit it */
         for (corner = 0; corner < 3; corner++) {
-            if (flat) memset(&v[corner], 0xff, sizeof v[corner]);    /* NaN */
-            else pti_bounds_point(&box, v[corner]);
             p->v[corner][0][lane] = v[corner].x; p->v[corner][1][lane] = v[corner].y; p->v[corner][2][lane] = v[corner].z;
+            pti_box_add(&box, pti_f4_of(v[corner].x, v[corner].y, v[corner].z, 0));
         }
     }
-    return box;
+    pti_f4_store(lo, box.lo); bounds.lo = pt_v3(lo[0], lo[1], lo[2]);
+    pti_f4_store(hi, box.hi); bounds.hi = pt_v3(hi[0], hi[1], hi[2]);
+    return bounds;
 }
 /* Where a packet's triangles lie in memory is anyone's guess: so the places are told before any is waited for. */
 static void pti_refit_fetch(const pti_geometry *g, uint32_t child) {
