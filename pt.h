@@ -2154,11 +2154,12 @@ typedef struct pti_halves {
 } pti_halves;
 typedef struct pti_builder {
     pti_geometry *g;
-    int threads, bins, cuts;                             /* cuts: may space be split? */
+    int threads, spare, bins, cuts;                      /* spare: threads for one range. cuts: may space be split? */
     float area;                                          /* half of that of all */
     pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
     pti_halves *splits;  size_t split_count;
-    pti_mutex lock;                                      /* of split_count */
+    size_t left_out;                                     /* of the primitives, those that nothing can hit */
+    pti_mutex lock;                                      /* of split_count and left_out */
     int wastes;                                          /* are triangles' wastes wanted? see pti_waste */
     uint32_t *places;                                    /* those; then at a leaf's first primitive, how many it has; then
                                                             pti_place_packet */
@@ -2231,9 +2232,8 @@ PTI_INLINE void pti_bins_put(pti_bins *bins, const pti_ref *ref) {         /* no
     pti_bin_put(bins, 2, at[2], lo, hi);
 }
 /* Neighbours often share a bin, and each waits for the one before; so two halves go side by side. */
-static void pti_bins_fill(pti_bins *bins, const pti_builder *b, const pti_range *r) {
-    const pti_ref *ref = b->refs + r->begin;
-    size_t count = r->end - r->begin, half = count / 2, i;
+static void pti_bins_fill(pti_bins *bins, const pti_ref *ref, size_t count) {
+    size_t half = count / 2, i;
     int axis, k;
     for (axis = 0; axis < 3; axis++)
         for (k = 0; k < bins->size; k++) { bins->box[axis][k] = pti_box_empty(); bins->count[axis][k] = 0; }
@@ -2285,28 +2285,86 @@ static void pti_bins_halves(const pti_bins *bins, int axis, int at, pti_box *lef
         pti_box_merge(k < at ? left : right, box->lo, box->hi);
     }
 }
-/* Moves what belongs to the left of border `at` to the front, without a branch for chance to mislead. */
-static void pti_partition(pti_builder *b, const pti_range *r, const pti_bins *bins, int axis, int at, pti_range *left,
-                          pti_range *right) {
-    pti_box ours = pti_box_empty(), theirs = ours;       /* the centres, on the left and on the right */
+/* Moves what belongs to the left of border `at` to the front, without a branch for chance to mislead. Returns how many do; ours and
+   theirs: the centres, on the left and on the right. */
+static size_t pti_partition(pti_ref *refs, size_t count, const pti_bins *bins, int axis, int at, pti_box *ours, pti_box *theirs) {
+    pti_box left = pti_box_empty(), right = left;
     float from[4], scale[4];
-    size_t i, middle = r->begin;
-    pti_bins_halves(bins, axis, at, &left->box, &right->box);
+    size_t i, middle = 0;
     pti_f4_store(from, bins->lo);
     pti_f4_store(scale, bins->scale);
-    for (i = r->begin; i < r->end; i++) {
-        pti_ref *here = b->refs + i, *there = b->refs + middle;
+    for (i = 0; i < count; i++) {
+        pti_ref *here = refs + i, *there = refs + middle;
         pti_f4 lo = pti_f4_load(here->lo), hi = pti_f4_load(here->hi), c = pti_f4_add(lo, hi);
         uint32_t goes_left = (here->lo[axis] + here->hi[axis] - from[axis]) * scale[axis] < (float)at;   /* as pti_bins_of */
-        pti_box_add(&ours, pti_f4_if(goes_left, c));
-        pti_box_add(&theirs, pti_f4_if(!goes_left, c));
+        pti_box_add(&left, pti_f4_if(goes_left, c));
+        pti_box_add(&right, pti_f4_if(!goes_left, c));
         *here = *there;
         pti_f4_store(there, lo);
         pti_f4_store(there->hi, hi);
         middle += goes_left;
     }
-    left->centers = ours; right->centers = theirs;
-    pti_share_room(b, r, middle, r->end, left, right);
+    *ours = left; *theirs = right;
+    return middle;
+}
+/* A large range is binned and partitioned in two halves, by a thread each where there are more threads than ranges. */
+#define PTI_LARGE_RANGE 65536
+typedef struct pti_range_half { pti_ref *refs; size_t count, middle; pti_bins bins; pti_box ours, theirs; } pti_range_half;
+typedef struct pti_range_pair { pti_range_half half[2]; const pti_bins *bins; int axis, at; } pti_range_pair;
+static void pti_range_pair_make(pti_range_pair *p, const pti_builder *b, const pti_range *r, const pti_bins *bins) {
+    p->bins = bins;
+    p->half[0].refs = b->refs + r->begin;
+    p->half[0].count = (r->end - r->begin) / 2;
+    p->half[1].refs = p->half[0].refs + p->half[0].count;
+    p->half[1].count = (r->end - r->begin) - p->half[0].count;
+}
+static void pti_range_half_fill(void *user, size_t i) {
+    pti_range_half *h = ((pti_range_pair *)user)->half + i;
+    h->bins = *((pti_range_pair *)user)->bins;
+    pti_bins_fill(&h->bins, h->refs, h->count);
+}
+static void pti_range_half_partition(void *user, size_t i) {
+    const pti_range_pair *p = (pti_range_pair *)user;
+    pti_range_half *h = ((pti_range_pair *)user)->half + i;
+    h->middle = pti_partition(h->refs, h->count, p->bins, p->axis, p->at, &h->ours, &h->theirs);
+}
+static void pti_range_fill(const pti_builder *b, const pti_range *r, pti_bins *bins) {
+    pti_range_pair p;
+    int axis, k;
+    if (r->end - r->begin < PTI_LARGE_RANGE) { pti_bins_fill(bins, b->refs + r->begin, r->end - r->begin); return; }
+    pti_range_pair_make(&p, b, r, bins);
+    pti_parallel(b->spare, pti_range_half_fill, &p, 2);
+    *bins = p.half[0].bins;
+    for (axis = 0; axis < 3; axis++)
+        for (k = 0; k < bins->size; k++) {
+            pti_box_merge(&bins->box[axis][k], p.half[1].bins.box[axis][k].lo, p.half[1].bins.box[axis][k].hi);
+            bins->count[axis][k] += p.half[1].bins.count[axis][k];
+        }
+}
+static void pti_range_partition(pti_builder *b, const pti_range *r, const pti_bins *bins, int axis, int at, pti_range *left,
+                                pti_range *right) {
+    size_t count = r->end - r->begin, middle;
+    pti_bins_halves(bins, axis, at, &left->box, &right->box);
+    if (count < PTI_LARGE_RANGE)
+        middle = pti_partition(b->refs + r->begin, count, bins, axis, at, &left->centers, &right->centers);
+    else {
+        pti_range_pair p;
+        pti_ref *to, *from;
+        pti_range_pair_make(&p, b, r, bins);
+        p.axis = axis; p.at = at;
+        pti_parallel(b->spare, pti_range_half_partition, &p, 2);
+        left->centers = p.half[0].ours; pti_box_merge(&left->centers, p.half[1].ours.lo, p.half[1].ours.hi);
+        right->centers = p.half[0].theirs; pti_box_merge(&right->centers, p.half[1].theirs.lo, p.half[1].theirs.hi);
+        middle = p.half[0].middle + p.half[1].middle;
+        to = p.half[0].refs + p.half[0].middle;          /* what goes right in the first half, left in the second: swapped */
+        from = p.half[1].refs + p.half[1].middle;
+        for (; to < p.half[1].refs && from > p.half[1].refs; to++) {
+            pti_ref other = *--from;
+            *from = *to;
+            *to = other;
+        }
+    }
+    pti_share_room(b, r, r->begin + middle, r->end, left, right);
 }
 static void pti_ref_triangle(const pti_builder *b, const pti_ref *r, pt_vec3 v[3]) {
     pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
@@ -2485,7 +2543,7 @@ static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left,
     int axis, at, best_axis = -1, best_at = 0, cut = 0;
     if (r->depth + 1 + pti_log2_ceil(r->end - r->begin) < PTI_MAX_DEPTH) {
         pti_bins_layout(&bins, r, b->bins);
-        pti_bins_fill(&bins, b, r);
+        pti_range_fill(b, r, &bins);
         for (axis = 0; axis < 3; axis++) {
             at = pti_bins_sweep(&bins, axis, &best);
             if (at) { best_axis = axis; best_at = at; }
@@ -2493,7 +2551,7 @@ static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left,
         cut = pti_find_cut(b, r, &bins, best_axis, best_at, best, &cuts);
         if (cut && pti_partition_space(b, r, &cuts, cut, left, right)) return;
     }
-    if (best_axis >= 0 && !cut) pti_partition(b, r, &bins, best_axis, best_at, left, right);
+    if (best_axis >= 0 && !cut) pti_range_partition(b, r, &bins, best_axis, best_at, left, right);
     else {
         size_t middle = r->begin + (r->end - r->begin) / 2;
         *left = pti_range_make(b, r->begin, middle, middle, r->depth + 1);
@@ -2597,10 +2655,12 @@ static void pti_build_splits(pti_builder *b, const pti_range *all) {
             tasks[large++] = r;
         }
         if (!large) break;
+        b->spare = large < (size_t)b->threads ? b->threads : 1;
         pti_parallel(b->threads, pti_split_task, b, large);
         b->task_count += large;
     }
     b->split_count = (b->task_count + PTI_FEW_SPLITS - 1) / PTI_FEW_SPLITS * PTI_FEW_SPLITS;
+    b->spare = 1;
     pti_parallel(b->threads, pti_build_task, b, b->task_count);
     pti_halves_weigh(b, b->top);
 }
@@ -2859,6 +2919,7 @@ static void pti_collect_slice(void *user, size_t slice) {
     const pti_geometry *g = b->g;
     uint32_t i = (uint32_t)slice * PTI_SLICE, end = g->prim_count - i < PTI_SLICE ? g->prim_count : i + PTI_SLICE;
     const pti_shape *s = g->shapes + pti_find_shape(g, i);
+    size_t left_out = 0;
     for (; i < end; i++) {
         pti_bounds box;
         pti_ref *r = b->refs + i;
@@ -2877,12 +2938,17 @@ static void pti_collect_slice(void *user, size_t slice) {
         } else box = pti_object_bounds(s);
         r->lo[0] = box.lo.x; r->lo[1] = box.lo.y; r->lo[2] = box.lo.z; r->shape = (uint32_t)(s - g->shapes) ^ PTI_MIDDLING;
         r->hi[0] = box.hi.x; r->hi[1] = box.hi.y; r->hi[2] = box.hi.z; r->prim = (i - s->first) ^ PTI_MIDDLING;
+        left_out += !(box.lo.x <= box.hi.x);
     }
+    pti_lock(&b->lock);
+    b->left_out += left_out;
+    pti_unlock(&b->lock);
 }
 static void pti_collect(pti_builder *b) {
     size_t i, slices = ((size_t)b->g->prim_count + PTI_SLICE - 1) / PTI_SLICE;
     pti_parallel(b->threads, pti_collect_slice, b, slices);
-    for (i = 0; i < b->g->prim_count; i++) {
+    if (!b->left_out) b->count = b->g->prim_count;
+    for (i = 0; i < b->g->prim_count && b->left_out; i++) {
         if (!(b->refs[i].lo[0] <= b->refs[i].hi[0])) continue;
         if (b->count < i) { b->refs[b->count] = b->refs[i]; b->places[b->count] = b->places[i]; }
         b->count++;
@@ -3081,7 +3147,7 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
     g->bvh.bounds = pti_bounds_empty();
     b.wastes = per_piece > 0;
     if (fine) pti_collect(&b);
-    g->bvh.left_out = g->prim_count - (uint32_t)b.count;
+    g->bvh.left_out = (uint32_t)b.left_out;
     b.cuts = pti_qualities[quality].cuts;
     if (b.count && per_piece) pti_cut_refs(&b);
     if (b.count) {
