@@ -273,7 +273,7 @@ static void the_same_tree_for_any_number_of_threads(void) {
     mesh m;
     int k, q;
     pt_rng_seed(&r, 7, 2);
-    m = sticks(30000, &r);
+    m = sticks(80000, &r);                              /* more than PTI_LARGE_RANGE */
     for (q = PT_QUALITY_DEFAULT; q <= PT_QUALITY_BEST; q++) {
         pt_scene *first = scene_built(&m, (pt_quality)q, threads[0]);
         for (k = 1; k < 4; k++) {
