@@ -1,7 +1,9 @@
 #!/bin/sh
 # Builds kernels.c with pt.h under two sets of flags and, where it is installed, Embree 3; runs it with the options given.
 # usage: kernels.sh OUT [options of kernels.c]
-[ $# -gt 0 ] || { echo 'usage: kernels.sh OUT [options of kernels.c]' >&2; exit 2; }
+case ${1:--} in
+-*) echo 'usage: kernels.sh OUT [options of kernels.c]    (OUT: where to put what it makes; then --help tells the options)' >&2; exit 2;;
+esac
 out=$1
 shift
 cc=${CC:-cc}
