@@ -1918,26 +1918,27 @@ typedef struct pti_ray {
 
 /* Boxes: (plane - org) / dir, turned into one multiply-add. Every rounding on the way is at most a few 2^-24 of |t| or of
    |org / dir|; adding eight of the latter here, and widening t where the ray leaves a box or ends, makes the test conservative
-   (Ize 2013): it never misses a box where the ray meets the triangle (that rounding may move t is pti_bvh_slack's). Along an
-   axis where the ray does not move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes
-   within 1e-8 m. */
+   (Ize 2013): it never misses a box where the ray meets the triangle (that rounding may move t is pti_bvh_slack's). They are those
+   of the largest |org|: in an instance that is turned, all its coordinates round together. Along an axis where the ray does not
+   move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m, or that
+   rounding, of the origin. */
 PTI_INLINE void pti_ray_row(pti_ray *r, int k, int falls) {
     r->near_row[k] = (size_t)(2 * k + falls) * PTI_ROW;
     r->far_row[k] = (size_t)(2 * k + 1 - falls) * PTI_ROW;
     r->octant |= falls << k;
 }
 static void pti_ray_slow_axis(pti_ray *r, int k, float largest) {
-    float d = r->dir[k], offset, pad, inverse;
+    float d = r->dir[k], offset, pad, inverse, farthest = pti_largest_abs(pt_v3(r->org[0], r->org[1], r->org[2]));
     int moves = fabsf(d) > largest * 1e-21f;           /* 1e-8 m in 1e13 */
     inverse = 1 / (moves ? d : largest * 1e-26f);
     offset = r->org[k] * inverse;
-    pad = PTI_ULPS_8 * fabsf(offset) + (moves ? 0.0f : inverse * 1e-8f);
+    pad = PTI_ULPS_8 * farthest * fabsf(inverse) + (moves ? 0.0f : inverse * 1e-8f);
     r->near_inverse[k] = inverse;
     r->near_add[k] = -offset - pad;
     r->far_inverse[k] = inverse * PTI_WIDEN;
     r->far_add[k] = (-offset + pad) * PTI_WIDEN;
     pti_ray_row(r, k, inverse < 0);
-    if (fabsf(offset) < 1e38f && fabsf(inverse) < 1e38f) return;
+    if (fabsf(offset) < 1e38f && fabsf(inverse) < 1e38f && pad < 1e38f) return;
     r->near_inverse[k] = r->far_inverse[k] = 0;          /* next to infinity: all slabs are met */
     r->near_add[k] = -FLT_MAX;
     r->far_add[k] = FLT_MAX;
@@ -1945,7 +1946,8 @@ static void pti_ray_slow_axis(pti_ray *r, int k, float largest) {
 PTI_INLINE void pti_ray_slabs(pti_ray *r, pt_vec3 org, pt_vec3 dir, int z, float largest, float least) {
     pti_f4 inverse = pti_f4_div(pti_f4_set(1), pti_f4_of(dir.x, dir.y, dir.z, 1));
     pti_f4 offset = pti_f4_mul(pti_f4_of(org.x, org.y, org.z, 0), inverse), minus = pti_f4_sub(pti_f4_set(0), offset);
-    pti_f4 pad = pti_f4_mul(pti_f4_max(offset, minus), pti_f4_set(PTI_ULPS_8)), widen = pti_f4_set(PTI_WIDEN);
+    pti_f4 steep = pti_f4_max(inverse, pti_f4_sub(pti_f4_set(0), inverse)), widen = pti_f4_set(PTI_WIDEN);
+    pti_f4 pad = pti_f4_mul(steep, pti_f4_set(PTI_ULPS_8 * pti_largest_abs(org)));
     int k;
     pti_f4_store(r->near_inverse, inverse);
     r->sz = r->near_inverse[z];                          /* before a slow axis changes it */
@@ -1976,8 +1978,9 @@ PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin
 /* A hit on its way to becoming a pt_vertex. Ties in t are decided by the ids in the outer, then in the inner scene. */
 typedef struct pti_hit {
     float t;
-    int found;                                           /* between t and u, lest compilers store both at once: t is waited for, */
-    float u, v;                                          /* u divides. Barycentric on a triangle; the user's own on his shapes */
+    int found;                                           /* between t and u, so that compilers do not join their stores: t is needed
+                                                            at once, u only after a division */
+    float u, v;                                          /* barycentric on a triangle; the user's own on his shapes */
     uint32_t outer, prim;                                /* ids; outer = prim outside instances */
     uint32_t shape, instance;                            /* 1 + index. shape is 0 on triangles until it is looked up */
     pt_vec3 ng;                                          /* user shapes only */
@@ -2077,7 +2080,7 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i) {
         b.lo = b.hi = s->as.sphere.center;
         pti_bounds_pad(&b, s->as.sphere.radius);
         break;
-    case PTI_INSTANCE: return b;                         /* see pti_instance_bounds */
+    case PTI_INSTANCE: return b;                         /* see pti_object_bounds */
     case PTI_USER:
         b.lo = s->as.user.lo;
         b.hi = s->as.user.hi;
@@ -2141,7 +2144,7 @@ typedef struct pti_geometry {
 /* While it is built. A primitive: what sits beside the corners of its box reads as floats of middling size, so that arithmetic on
    all four is quick. A range of primitives, and up to `room` space for those that come when some are cut in two; link: where its
    split's index is awaited. A split: left and right are the indices of the splits of its halves, 0 where one is a leaf. There are
-   fewer of them than primitives and space; each thread takes some at a time, so that those that are not needed cost no pages. */
+   fewer of them than primitives and space; tasks take them by sixteens, and pages of the array that nobody takes cost nothing. */
 typedef struct pti_box { pti_f4 lo, hi; } pti_box;
 typedef struct pti_ref { float lo[3]; uint32_t shape; float hi[3]; uint32_t prim; } pti_ref;       /* prim within its shape */
 #define PTI_MIDDLING 0x40000000u                         /* the bits of 2.0f: combined with shape and prim, so that what pti_f4_load
@@ -2154,7 +2157,7 @@ typedef struct pti_halves {
 } pti_halves;
 typedef struct pti_builder {
     pti_geometry *g;
-    int threads, spare, bins, cuts;                      /* spare: threads for one range. cuts: may space be split? */
+    int threads, spare, bins, cuts;                      /* spare: that one large range may have; cuts: may space be split? */
     float area;                                          /* half of that of all */
     pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
     pti_halves *splits;  size_t split_count;
@@ -2356,7 +2359,8 @@ static void pti_range_partition(pti_builder *b, const pti_range *r, const pti_bi
         left->centers = p.half[0].ours; pti_box_merge(&left->centers, p.half[1].ours.lo, p.half[1].ours.hi);
         right->centers = p.half[0].theirs; pti_box_merge(&right->centers, p.half[1].theirs.lo, p.half[1].theirs.hi);
         middle = p.half[0].middle + p.half[1].middle;
-        to = p.half[0].refs + p.half[0].middle;          /* what goes right in the first half, left in the second: swapped */
+        to = p.half[0].refs + p.half[0].middle;          /* what goes right at the end of the first half is swapped with what goes
+                                                            left in the second, as many as both have */
         from = p.half[1].refs + p.half[1].middle;
         for (; to < p.half[1].refs && from > p.half[1].refs; to++) {
             pti_ref other = *--from;
@@ -2558,7 +2562,7 @@ static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left,
         *right = pti_range_make(b, middle, r->end, r->room, r->depth + 1);
     }
 }
-#define PTI_FEW_SPLITS 16                                /* that a task takes at a time */
+#define PTI_FEW_SPLITS 16                                /* that a task takes at a time, from the second lot on: 0 means a leaf */
 static size_t pti_next_split(pti_builder *b, size_t *next) {       /* *next: 0 at first */
     if (*next % PTI_FEW_SPLITS == 0) {
         pti_lock(&b->lock);
@@ -2629,6 +2633,7 @@ static void pti_build_range(pti_builder *b, const pti_range *r, size_t *next) {
 /* The upper levels: all ranges of a level side by side, until they are small enough for one thread each. */
 #define PTI_TASKS 64
 #define PTI_SMALL_TASK 1000
+/* Each of up to 2 PTI_TASKS - 2 tasks may leave some of its last lot unused. */
 static size_t pti_most_splits(size_t room) { return room + PTI_FEW_SPLITS * (room > PTI_SMALL_TASK ? 2 * PTI_TASKS : 1); }
 static void pti_split_task(void *user, size_t i) {
     pti_builder *b = (pti_builder *)user;
@@ -2836,9 +2841,11 @@ static uint32_t pti_find_shape(const pti_geometry *g, uint32_t prim) {
     return (uint32_t)lo;
 }
 /* How far a placed scene reaches along an axis of the world: the most of d . p over its points p, d being a row of the transform.
-   Its tree is searched for that point, the boxes that reach farthest first; those that reach farther than what was `found` by no
-   more than a fiftieth of the scene are not opened, and `most` is how far they do. (The box around a turned ball is half as large
-   as the box around the ball's turned box, and rays enter what is in it half as often.) */
+   Its tree is searched for that point, the boxes that reach farthest first. `found`: the farthest corner of a triangle that was
+   seen; `most`: a bound on what was not opened; `enough`: how much farther than `found` a box may reach unopened. (The box around
+   a turned ball is half as large as the box around the ball's turned box, and rays enter what is in it half as often.) */
+#define PTI_REACH_ENOUGH 0.02f                           /* of the scene's own size along the axis */
+#define PTI_REACH_REFIT  0.25f                           /* looser, but refitting shall be quick */
 typedef struct pti_reach { const pti_bvh *bvh; float d[3], enough, found, most; } pti_reach;
 
 PTI_INLINE pti_f4 pti_reach_four(const pti_reach *r, const float *x, const float *y, const float *z) {
@@ -2868,37 +2875,41 @@ static void pti_reach_node(pti_reach *r, const pti_node *n) {
     }
     r->most = pti_max(r->most, reach[next]);
 }
-static float pti_reach_along(const pti_bvh *bvh, float dx, float dy, float dz) {
+static float pti_reach_along(const pti_bvh *bvh, float enough, float dx, float dy, float dz) {
     pt_vec3 lo = bvh->bounds.lo, hi = bvh->bounds.hi;
     pti_reach r;
     r.bvh = bvh;
     r.d[0] = dx; r.d[1] = dy; r.d[2] = dz;
-    r.enough = 0.02f * (fabsf(dx) * (hi.x - lo.x) + fabsf(dy) * (hi.y - lo.y) + fabsf(dz) * (hi.z - lo.z));
+    r.enough = enough * (fabsf(dx) * (hi.x - lo.x) + fabsf(dy) * (hi.y - lo.y) + fabsf(dz) * (hi.z - lo.z));
     r.found = r.most = -FLT_MAX;
-    if (PTI_KIND(bvh->root) == PTI_INNER) pti_reach_node(&r, pti_node_at(bvh, bvh->root));
+    if ((dx != 0) + (dy != 0) + (dz != 0) > 1 && PTI_KIND(bvh->root) == PTI_INNER)
+        pti_reach_node(&r, pti_node_at(bvh, bvh->root));
     else if (PTI_KIND(bvh->root) == PTI_LEAF) pti_reach_packet(&r, pti_packet_at(bvh, bvh->root));
     else r.most = dx * (dx > 0 ? hi.x : lo.x) + dy * (dy > 0 ? hi.y : lo.y) + dz * (dz > 0 ? hi.z : lo.z);
     return pti_max(r.most, r.found);
 }
 /* Where coefficients move linearly, so does every point, on a straight line that both ends' bounds hold. */
-static void pti_scene_placed(pti_bounds *b, const pti_bvh *bvh, const pt_xform *to_world) {
+static void pti_scene_placed(pti_bounds *b, const pti_bvh *bvh, const pt_xform *to_world, float enough) {
     const float *m = to_world->m;
     pt_vec3 farthest = pti_max3(pti_neg(bvh->bounds.lo), bvh->bounds.hi), move = pt_v3(m[3], m[7], m[11]);
     pti_bounds placed;
-    if (bvh->root == PTI_NONE) return;
-    placed.hi = pti_add(move, pt_v3(pti_reach_along(bvh, m[0], m[1], m[2]), pti_reach_along(bvh, m[4], m[5], m[6]),
-                                    pti_reach_along(bvh, m[8], m[9], m[10])));
-    placed.lo = pti_sub(move, pt_v3(pti_reach_along(bvh, -m[0], -m[1], -m[2]), pti_reach_along(bvh, -m[4], -m[5], -m[6]),
-                                    pti_reach_along(bvh, -m[8], -m[9], -m[10])));
+    if (bvh->bounds.lo.x > bvh->bounds.hi.x) return;     /* empty, or all of it is flat for now */
+    placed.hi = pti_add(move, pt_v3(pti_reach_along(bvh, enough, m[0], m[1], m[2]),
+                                    pti_reach_along(bvh, enough, m[4], m[5], m[6]),
+                                    pti_reach_along(bvh, enough, m[8], m[9], m[10])));
+    placed.lo = pti_sub(move, pt_v3(pti_reach_along(bvh, enough, -m[0], -m[1], -m[2]),
+                                    pti_reach_along(bvh, enough, -m[4], -m[5], -m[6]),
+                                    pti_reach_along(bvh, enough, -m[8], -m[9], -m[10])));
     pti_bounds_pad(&placed, PTI_ULPS_8 * pti_xform_magnitude(to_world, farthest));
     pti_bounds_merge(b, &placed);
 }
 /* Of an object that is a shape by itself. */
-static pti_bounds pti_object_bounds(const pti_shape *s) {
+static pti_bounds pti_object_bounds(const pti_shape *s, float enough) {
+    const pti_instance *in = &s->as.instance;
     pti_bounds b = pti_bounds_empty();
     if (s->kind != PTI_INSTANCE) return pti_shape_bounds(s, 0);
-    pti_scene_placed(&b, &s->as.instance.of->bvh, &s->as.instance.to_world);
-    if (s->as.instance.to_world_end) pti_scene_placed(&b, &s->as.instance.of->bvh, s->as.instance.to_world_end);
+    pti_scene_placed(&b, &in->of->bvh, &in->to_world, enough);
+    if (in->to_world_end) pti_scene_placed(&b, &in->of->bvh, in->to_world_end, enough);
     return b;
 }
 
@@ -2935,7 +2946,7 @@ static void pti_collect_slice(void *user, size_t slice) {
                 box.hi = pti_max3(v[0], pti_max3(v[1], v[2]));
                 if (b->wastes) ((float *)(void *)b->places)[i] = pti_waste(&box, c);
             }
-        } else box = pti_object_bounds(s);
+        } else box = pti_object_bounds(s, PTI_REACH_ENOUGH);
         r->lo[0] = box.lo.x; r->lo[1] = box.lo.y; r->lo[2] = box.lo.z; r->shape = (uint32_t)(s - g->shapes) ^ PTI_MIDDLING;
         r->hi[0] = box.hi.x; r->hi[1] = box.hi.y; r->hi[2] = box.hi.z; r->prim = (i - s->first) ^ PTI_MIDDLING;
         left_out += !(box.lo.x <= box.hi.x);
@@ -3046,7 +3057,8 @@ static int pti_bvh_place(pti_builder *b, const pt_allocator *a) {
     return bvh->blocks != NULL;
 }
 /* Refit: the boxes of a tree of the same shape over vertices that have moved, from the leaves up. Pieces of cut triangles get the
-   whole triangle's box. Threads take the subtrees two levels down, in the order in which the levels above will want them. */
+   whole triangle's box. Threads take the subtrees two levels down; pti_refit_find and pti_refit_child walk alike, so that the
+   k-th box found is the k-th asked for. */
 typedef struct pti_refit {
     pti_geometry *g;
     uint32_t child[PTI_WIDTH * PTI_WIDTH];
@@ -3092,7 +3104,7 @@ static pti_bounds pti_refit_child(pti_refit *r, uint32_t child, int above) {    
     if (PTI_KIND(child) == PTI_LEAF) return pti_refit_packet(g, pti_packet_at(&g->bvh, child));
     if (PTI_KIND(child) == PTI_OBJECT) {
         const pti_shape *s = g->shapes + PTI_INDEX(child);
-        return pti_object_bounds(s);
+        return pti_object_bounds(s, PTI_REACH_REFIT);
     }
     if (above == 1) return r->box[r->next++];
     n = pti_node_at(&g->bvh, child);
@@ -3450,7 +3462,8 @@ PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
     _mm_prefetch(p + 128, _MM_HINT_T0); _mm_prefetch(p + 192, _MM_HINT_T0);
 }
 /* All without a loop: the children in the node's order for this octant, then those that were met moved together. Where only one
-   was met, nothing is left to be moved; to find that out by a branch would cost more, since chance decides it. */
+   was met, nothing is left to be moved (and what is fetched is anything: harmless); to find that out by a branch would cost
+   more, since chance decides it. */
 PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, float limit, int any,
                                             pti_stack *s, int *top) {
     __m256 enter, missed = pti_boxes_avx2(n, r, limit, &enter);
@@ -3503,7 +3516,7 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
     const pti_ray *r = world;
     pti_ray local;
     pti_instance moved;
-    pti_bvh bvh = g->bvh;                                /* a copy, which what is pushed can not overwrite */
+    pti_bvh bvh = g->bvh;                                /* a copy: for all that compilers know, pushing changes *g */
     float slack = bvh.slack * fabsf(r->sz), limit = hit->t * PTI_WIDEN + slack;
     uint32_t child = bvh.root, instance = 0, instance_prim = PTI_NONE, mask;
     int top = 0, found;
@@ -8605,6 +8618,7 @@ static void pti_bounds_placed(pti_bounds *b, const pti_bounds *inner, const pt_x
 }
 static void pti_volume_world(const pti_volume *v, pti_bounds *b) {
     *b = v->in ? pti_bounds_empty() : v->box;
+    if (v->box.lo.x > v->box.hi.x) return;               /* it fills an empty scene */
     if (v->in) pti_bounds_placed(b, &v->box, &v->in->to_world);
     if (v->in && v->in->to_world_end) pti_bounds_placed(b, &v->box, v->in->to_world_end);
     pti_bounds_pad(b, PTI_ULPS_8 * pti_max(pti_largest_abs(b->lo), pti_largest_abs(b->hi)));

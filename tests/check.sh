@@ -136,7 +136,7 @@ if have clang; then
       step 'tests under AddressSanitizer and UndefinedBehaviorSanitizer' sanitized asan '-fsanitize=address,undefined -fno-sanitize-recover=all' tests/test_*.c; } &
     { log=$out/tsan.log               # a race needs threads, and only these tests start some
       step 'tests under ThreadSanitizer' sanitized tsan '-fsanitize=thread -DTEST_THREADS' \
-          tests/test_main.c tests/test_scene.c tests/test_render.c; }
+          tests/test_main.c tests/test_bvh.c tests/test_scene.c tests/test_render.c; }
     wait
 else
     skip 'tests under sanitizers' 'no clang'

@@ -6,7 +6,7 @@
 /* A chapter a line, in the order of pt.h: to add one, write test_<chapter>.c, which defines void test_<chapter>(void),
    and move its name from the comment to the list. */
 #ifdef TEST_THREADS                                      /* those alone that start threads */
-#define CHAPTERS(X) X(scene) X(render)
+#define CHAPTERS(X) X(bvh) X(scene) X(render)
 #else
 #define CHAPTERS(X) \
     X(math) X(random) X(warp) X(spectrum) X(shape) X(bvh) X(kernel) X(texture) X(medium) X(microfacet) X(measured) X(bsdf) X(material) X(light) X(scene) X(guide) \

@@ -1089,6 +1089,25 @@ static void grids_in_files(void) {
     CHECK_EQ_INT(pt_write_grid_to(&w, NULL), PT_ERR_ARG);
 }
 
+/* More volumes than are looked at one by one, some of which fill what is empty: they are nowhere. */
+static void volumes_in_empty_instances(void) {
+    pt_xform turned = {{ 0.7f,-0.7f,0,0,  0.7f,0.7f,0,0,  0,0,1,0 }};
+    pt_material none = { 0 };
+    pt_scene *inner = pt_scene_create(NULL), *s = pt_scene_create(NULL);
+    pt_medium_desc d = { 0 };
+    pt_medium m;
+    int i;
+    CHECK_EQ_INT(pt_scene_commit(inner), PT_OK);
+    d.sigma_s = pt_v3(1, 1, 1);
+    m = pt_add_medium(s, &d);
+    for (i = 0; i < 8; i++)
+        pt_add_volume(s, i < 4 ? pt_add_sphere(s, pt_v3((float)i, 0, 0), 1, none) : pt_add_instance(s, inner, &turned), m);
+    CHECK_EQ_INT(pt_scene_commit(s), PT_OK);
+    CHECK(s->volumes.tree.bvh.bounds.lo.x >= -1.01f && s->volumes.tree.bvh.bounds.hi.x <= 4.01f);
+    pt_scene_destroy(s);
+    pt_scene_destroy(inner);
+}
+
 void test_medium(void) {
     RUN(phases_fit_their_densities); RUN(halos_fit_their_density); RUN(mean_cosines);
     RUN(transmittance_of_a_box); RUN(transmittance_of_a_grid); RUN(majorants_hold); RUN(bounds_of_all_kinds); RUN(overlapping_volumes_add_up);
@@ -1100,4 +1119,5 @@ void test_medium(void) {
     RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds); RUN(agrees_on_droplets); RUN(aureoles_fit_their_density);
     RUN(bits_are_the_same); RUN(limits_count_scattering); RUN(too_dense_functions_are_noticed); RUN(bad_input_is_refused);
     RUN(memory_runs_out); RUN(grids_in_files);
+    RUN(volumes_in_empty_instances);
 }
