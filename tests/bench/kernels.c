@@ -139,6 +139,13 @@ typedef struct score { double log_sum; int count; } score;
 static void score_add(score *s, double ratio) { s->log_sum += log(ratio); s->count++; }
 static double score_mean(const score *s) { return s->count ? exp(s->log_sum / s->count) : 0.0; }
 typedef struct scores { score closest, any, build, memory; double worst; } scores;
+static void print_score(const char *name, const score *s) {
+    if (s->count) printf(" %s %.2f", name, score_mean(s)); else printf(" %s -", name);
+}
+static void print_scores(const char *ours, const char *theirs, const scores *s) {
+    printf("%s %s:", ours, theirs);
+    print_score("closest", &s->closest); print_score("any", &s->any); print_score("build", &s->build); print_score("memory", &s->memory);
+}
 
 static size_t differences(const ray_set *s, const float *t) {
     size_t i, n = 0;
@@ -242,7 +249,7 @@ static int race(const options *o, const char *name, scores total[], FILE *csv) {
     printf("%s, %.0f triangles\n", name, triangles);
     for (i = 0; i < o->library_count; i++) {
         built[i] = o->libraries[i]->build(&s, o->isa, o->threads);
-        if (!built[i]) { printf("%s could not build it\n", o->libraries[i]->name); exit(1); }
+        if (!built[i]) { printf("%s could not build it, or not for --isa %s\n", o->libraries[i]->name, o->isa ? o->isa : "(the best)"); exit(1); }
     }
     make_rays(&s, o->libraries[o->library_count - 1], built[o->library_count - 1], o->size, set);
     race_rays(o, &s, built, set, total, csv);
@@ -404,16 +411,16 @@ int main(int argc, char **argv) {
     if (!i) return 1;                                    /* nothing was raced */
     for (i = 1; i < o.library_count; i++) {
         const scores *t = &total[i];
-        if (i > 1 || strcmp(o.libraries[0]->name, "embree"))
-            printf("%s against %s: closest %.2f any %.2f build %.2f memory %.2f, worst %.2f\n", o.libraries[i]->name,
-                   o.libraries[0]->name, score_mean(&t->closest), score_mean(&t->any), score_mean(&t->build),
-                   score_mean(&t->memory), t->worst);
+        if (i == 1 && !strcmp(o.libraries[0]->name, "embree")) continue;       /* it comes last */
+        printf("%s ", o.libraries[i]->name);
+        print_scores("against", o.libraries[0]->name, t);
+        printf(", worst %.2f\n", t->worst);
     }
     if (o.library_count > 1 && !strcmp(o.libraries[0]->name, "embree")) {
         const scores *t = &total[1];
         printf("the lowest ratio: %.2f\n", t->worst);
-        printf("geomean vs Embree: closest %.2f any %.2f build %.2f memory %.2f\n", score_mean(&t->closest), score_mean(&t->any),
-               score_mean(&t->build), score_mean(&t->memory));
+        print_scores("geomean vs", "Embree", t);
+        printf("\n");
     }
     return 0;
 }

@@ -58,7 +58,7 @@ static void *kernels_build(const kernel_scene *s, const char *isa, int threads) 
             pt_add_instance(b->scene, b->inner[k], &x);
         }
     }
-    if (pt_scene_commit(b->scene) != PT_OK) { kernels_destroy(b); return NULL; }
+    if (pt_scene_commit(b->scene) != PT_OK || (isa && !pti_isa_supported(pti_isa_by_name(isa)))) { kernels_destroy(b); return NULL; }
     b->bytes -= before;
     b->trace = pti_trace_for(isa ? pti_isa_by_name(isa) : pti_isa_best());
     return b;
