@@ -152,10 +152,11 @@ PT_DEF pt_scene   *pt_scene_create(const pt_scene_desc *desc);   /* NULL desc = 
 PT_DEF void        pt_scene_destroy(pt_scene *s);                /* NULL is fine. Renders and instances of s go first */
 PT_DEF pt_result   pt_scene_commit(pt_scene *s);                 /* builds the trees; the scene is read-only from then on */
 /* After the positions or normals of borrowed meshes have changed (not how many, nor the indices), or a scene that instances
-   show was refitted: makes the boxes of the trees anew and leaves all else, which takes about a tenth of the time (a fifth, of many instances). Rays are
-   the slower the farther things have moved from their old neighbours; then commit a new scene. Nobody may be reading the
-   scene, and its renders start anew. PT_ERR_STATE before commit and where there are media; PT_ERR_ARG where a vertex is not
-   finite; as everywhere, the first error stays, and such a scene is good for nothing but what it was before. */
+   show was refitted: makes the boxes of the trees anew and leaves all else, which takes about a tenth of the time (a fifth
+   where there are many instances). Rays are the slower the farther things have moved from their old neighbours; then commit a
+   new scene. Nobody may be reading the scene, and its renders start anew. PT_ERR_STATE before commit and where there are media;
+   PT_ERR_ARG where a vertex is not finite; as everywhere, the first error stays, and such a scene is good for nothing but what
+   it was before. */
 PT_DEF pt_result   pt_scene_refit(pt_scene *s);
 PT_DEF const char *pt_scene_error(const pt_scene *s);            /* first error, in words, or "" */
 
