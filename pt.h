@@ -4229,7 +4229,7 @@ typedef struct pti_aim { float at, distance, power; } pti_aim;       /* a lamp: 
 typedef struct pti_aimed {
     float share, from, to;                               /* w; the stretch, empty if there is none */
     pt_vec3 T;                                           /* of all of it */
-    double sum, angle[PTI_AIMS], first[PTI_AIMS];        /* the integral; of each lamp, what it sees of the stretch, from where */
+    double sum, angle[PTI_AIMS];                         /* the integral; the angle at which each lamp sees the stretch */
     float weight[PTI_AIMS];                              /* Phi_k, dimmed by the way to where it is nearest */
 } pti_aimed;
 typedef struct pti_flight {                              /* a ray of unit length through all volumes */
@@ -4361,6 +4361,11 @@ static pt_vec3 pti_exp3(pt_vec3 x) {                     /* of greys, once; of 0
     return pt_v3(e, x.y == x.x ? e : pti_exp(x.y), x.z == x.x ? e : pti_exp(x.z));
 }
 
+/* The angle at which a lamp sees the ray from s to t: that between two vectors (distance, s - at) and (distance, t - at). */
+static double pti_aim_angle(const pti_aim *aim, float s, float t) {
+    double d = (double)aim->distance, x = (double)s - (double)aim->at, y = (double)t - (double)aim->at;
+    return pti_atan2_double(d * (y - x), d * d + x * y);
+}
 /* 0: w is 0. It is the lamps' part of what light is there, less where they are so far off the ray, in mean free paths, that
    1 / r^2 hardly changes within one. */
 static int pti_aimed_weigh(const pti_flight *f, const pti_volume *v, pti_aimed *a) {
@@ -4373,8 +4378,7 @@ static int pti_aimed_weigh(const pti_flight *f, const pti_volume *v, pti_aimed *
         near_t = pti_clamp(aim->at, a->from, a->to);
         r = (near_t - aim->at) * (near_t - aim->at) + aim->distance * aim->distance;
         a->weight[k] = aim->power * pti_exp(-sigma * (near_t - a->from));
-        a->first[k] = pti_atan2_double((double)a->from - (double)aim->at, (double)aim->distance);
-        a->angle[k] = pti_atan2_double((double)a->to - (double)aim->at, (double)aim->distance) - a->first[k];
+        a->angle[k] = pti_aim_angle(aim, a->from, a->to);
         part = (double)a->weight[k] * a->angle[k] / (double)aim->distance;
         a->sum += part;
         keen += part / (double)(1 + sigma * sigma * r);
@@ -4414,14 +4418,12 @@ static float pti_aimed_beyond(const pti_flight *f, const pti_aimed *a, float t) 
     double sum = 0;
     int k;
     if (t <= a->from || t >= a->to) return t <= a->from ? 1.0f : 0.0f;
-    for (k = 0; k < f->aim_count; k++) {
-        double d = (double)f->aims[k].distance, at = pti_atan2_double((double)t - (double)f->aims[k].at, d);
-        sum += (double)a->weight[k] * (a->first[k] + a->angle[k] - at) / d;
-    }
+    for (k = 0; k < f->aim_count; k++)
+        sum += (double)a->weight[k] * pti_aim_angle(f->aims + k, t, a->to) / (double)f->aims[k].distance;
     return pti_clamp((float)(sum / a->sum), 0, 1);
 }
 static float pti_aimed_sample(const pti_flight *f, const pti_aimed *a, uint32_t u) {
-    double left = a->sum, part, sine, cosine, d;
+    double left = a->sum, part, sine, cosine, d, x;
     int k, last = f->aim_count - 1;
     for (k = 0; k < last; k++) {
         part = (double)a->weight[k] * a->angle[k] / (double)f->aims[k].distance;
@@ -4429,8 +4431,9 @@ static float pti_aimed_sample(const pti_flight *f, const pti_aimed *a, uint32_t 
         left -= part;
     }
     d = (double)f->aims[k].distance;
-    pti_sincos_double(a->first[k] + a->angle[k] * (double)pti_u01(u), &sine, &cosine);
-    return pti_clamp((float)((double)f->aims[k].at + d * sine / cosine), a->from, a->to);
+    x = (double)a->from - (double)f->aims[k].at;
+    pti_sincos_double(a->angle[k] * (double)pti_u01(u), &sine, &cosine);
+    return pti_clamp((float)((double)f->aims[k].at + d * (x * cosine + d * sine) / (d * cosine - x * sine)), a->from, a->to);
 }
 /* A flight that must hit: where, and its density for a channel, over the hero's T(t), which is 1 / inverse; r: the channel's. */
 #define PTI_FORCED_THIN 0.1f
