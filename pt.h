@@ -2635,7 +2635,10 @@ static void pti_build_range(pti_builder *b, const pti_range *r, size_t *next) {
 #define PTI_TASKS 64
 #define PTI_SMALL_TASK 1000
 /* Each of up to 2 PTI_TASKS - 2 tasks may leave some of its last lot unused. */
-static size_t pti_most_splits(size_t room) { return room + PTI_FEW_SPLITS * (room > PTI_SMALL_TASK ? 2 * PTI_TASKS : 1); }
+static size_t pti_most_splits(size_t room) {
+    size_t lots = room > PTI_SMALL_TASK ? 2 * PTI_TASKS : 1;
+    return room + PTI_FEW_SPLITS * lots;
+}
 static void pti_split_task(void *user, size_t i) {
     pti_builder *b = (pti_builder *)user;
     pti_range whole = b->tasks[i], *left = &b->tasks[i], *right = &b->tasks[b->task_count + i];
