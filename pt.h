@@ -8617,6 +8617,7 @@ static int pti_collect_fillings(pt_scene *s) {
     }
     return 1;
 }
+/* Bounds of a volume in an instance: of its turned box, at both ends if it moves (see pti_scene_placed). */
 static void pti_bounds_placed(pti_bounds *b, const pti_bounds *inner, const pt_xform *to_world) {
     int k;
     for (k = 0; k < 8; k++)
