@@ -1067,6 +1067,7 @@ PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) {     /* or-ing four words rea
     return _mm_or_ps(a, _mm_loadu_ps((const float *)(const void *)(unless + 4 * k)));
 }
 PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { _mm_storeu_si128((__m128i *)(void *)p, _mm_cvttps_epi32(a)); }
+PTI_INLINE size_t pti_f4_negative(pti_f4 a) { return (size_t)_mm_movemask_ps(_mm_cmplt_ps(a, _mm_setzero_ps())); }
 #elif defined(PTI_NEON)
 typedef float32x4_t pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { return vld1q_f32((const float *)p); }
@@ -1083,6 +1084,10 @@ PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) {
     return vreinterpretq_f32_u32(vorrq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(k - 1)));
 }
 PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { vst1q_s32(p, vcvtq_s32_f32(a)); }
+PTI_INLINE size_t pti_f4_negative(pti_f4 a) {
+    static const uint32_t bits[4] = { 1, 2, 4, 8 };
+    return vaddvq_u32(vandq_u32(vcltzq_f32(a), vld1q_u32(bits)));
+}
 #else
 typedef struct pti_f4 { float v[4]; } pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { pti_f4 r; memcpy(r.v, p, sizeof r.v); return r; }
@@ -1106,6 +1111,7 @@ PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) {
     return a;
 }
 PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { int k; for (k = 0; k < 4; k++) p[k] = (int32_t)a.v[k]; }
+PTI_INLINE size_t pti_f4_negative(pti_f4 a) { size_t m = 0; int k; for (k = 0; k < 4; k++) m |= (size_t)(a.v[k] < 0) << k; return m; }
 #endif
 
 /* Texts, without stdio. pti_format knows %s (string), %u (uint64_t), %d (int) and %g (double, six digits). */
@@ -1905,30 +1911,32 @@ static const pti_instance *pti_instance_at(const pti_instance *in, float time, p
 /* A ray, prepared once for all its tests. */
 #define PTI_WIDTH 8                                      /* children of a node */
 #define PTI_ROW (PTI_WIDTH * sizeof(float))              /* of its planes: low x of all, high x, low y ... */
-typedef struct pti_ray {
-    float org[3], dir[3], tmin, time;
-    size_t kx, ky, kz;                                   /* triangles: rows of a packet such that |dir| along kz is largest */
-    float ox, oy, oz, sx, sy, sz;                        /* the origin along them, and the shear that makes the ray +z */
-    size_t near_row[3], far_row[3];                      /* boxes: where a node's nearer and farther planes are, in bytes */
-    int octant;                                          /* 1: x < 0, 2: y < 0, 4: z < 0 */
-    float near_inverse[4], near_add[4];                  /* t = plane * inverse + add; four for arithmetic on all at once */
-    float far_inverse[4], far_add[4];
-} pti_ray;
 #define PTI_LANES 4                                      /* triangles in a packet */
 #define PTI_WIDEN (1 + 2 * PTI_ULPS_8)
+/* Where a node's nearer and farther planes along x, y and z are, in bytes, for rays of each octant (1: x falls, 2: y, 4: z). */
+typedef struct pti_rows { size_t near_at[3], far_at[3]; } pti_rows;
+#define PTI_ROWS(x, y, z) { { x * PTI_ROW, (2 + y) * PTI_ROW, (4 + z) * PTI_ROW }, \
+                            { (1 - x) * PTI_ROW, (3 - y) * PTI_ROW, (5 - z) * PTI_ROW } }
+static const pti_rows pti_octants[8] = { PTI_ROWS(0, 0, 0), PTI_ROWS(1, 0, 0), PTI_ROWS(0, 1, 0), PTI_ROWS(1, 1, 0),
+                                         PTI_ROWS(0, 0, 1), PTI_ROWS(1, 0, 1), PTI_ROWS(0, 1, 1), PTI_ROWS(1, 1, 1) };
+typedef struct pti_ray {                                 /* fours first, so that none lies across two lines of the cache */
+    float near_inverse[4], near_add[4];                  /* boxes: t = plane * inverse + add; four for arithmetic on all at once */
+    float far_inverse[4], far_add[4];
+    float org[4], dir[4];
+    const pti_rows *rows;
+    size_t octant;
+    size_t kx, ky, kz;                                   /* triangles: rows of a packet such that |dir| along kz is largest */
+    float ox, oy, oz, sx, sy, sz;                        /* the origin along them, and the shear that makes the ray +z */
+    float tmin, time;
+} pti_ray;
 
 /* Boxes: (plane - org) / dir, turned into one multiply-add. Every rounding on the way is at most a few 2^-24 of |t| or of
    |org / dir|; adding eight of the latter here, and widening t where the ray leaves a box or ends, makes the test conservative
    (Ize 2013): it never misses a box where the ray meets the triangle (that rounding may move t is pti_bvh_slack's). They are those
    of the largest |org|: in an instance that is turned, all its coordinates round together. Along an axis where the ray does not
    move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m, or that
-   rounding, of the origin. */
-PTI_INLINE void pti_ray_row(pti_ray *r, int k, int falls) {
-    r->near_row[k] = (size_t)(2 * k + falls) * PTI_ROW;
-    r->far_row[k] = (size_t)(2 * k + 1 - falls) * PTI_ROW;
-    r->octant |= falls << k;
-}
-static void pti_ray_slow_axis(pti_ray *r, int k, float largest) {
+   rounding, of the origin. Every box is left `later` than that. */
+static void pti_ray_slow_axis(pti_ray *r, int k, float largest, float later) {
     float d = r->dir[k], offset, pad, inverse, farthest = pti_largest_abs(pt_v3(r->org[0], r->org[1], r->org[2]));
     int moves = fabsf(d) > largest * 1e-21f;           /* 1e-8 m in 1e13 */
     inverse = 1 / (moves ? d : largest * 1e-26f);
@@ -1937,43 +1945,41 @@ static void pti_ray_slow_axis(pti_ray *r, int k, float largest) {
     r->near_inverse[k] = inverse;
     r->near_add[k] = -offset - pad;
     r->far_inverse[k] = inverse * PTI_WIDEN;
-    r->far_add[k] = (-offset + pad) * PTI_WIDEN;
-    pti_ray_row(r, k, inverse < 0);
+    r->far_add[k] = (-offset + pad) * PTI_WIDEN + later;
+    r->octant = (r->octant & ~((size_t)1 << k)) | (size_t)(inverse < 0) << k;
     if (fabsf(offset) < 1e38f && fabsf(inverse) < 1e38f && pad < 1e38f) return;
     r->near_inverse[k] = r->far_inverse[k] = 0;          /* next to infinity: all slabs are met */
     r->near_add[k] = -FLT_MAX;
     r->far_add[k] = FLT_MAX;
 }
-PTI_INLINE void pti_ray_slabs(pti_ray *r, pt_vec3 org, pt_vec3 dir, int z, float largest, float least) {
-    pti_f4 inverse = pti_f4_div(pti_f4_set(1), pti_f4_of(dir.x, dir.y, dir.z, 1));
-    pti_f4 offset = pti_f4_mul(pti_f4_of(org.x, org.y, org.z, 0), inverse), minus = pti_f4_sub(pti_f4_set(0), offset);
-    pti_f4 steep = pti_f4_max(inverse, pti_f4_sub(pti_f4_set(0), inverse)), widen = pti_f4_set(PTI_WIDEN);
-    pti_f4 pad = pti_f4_mul(steep, pti_f4_set(PTI_ULPS_8 * pti_largest_abs(org)));
+PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time, float later) {
+    static const size_t steepest[4] = { 0, 1, 0, 2 }, axes[5] = { 0, 1, 2, 0, 1 };
+    float ax = fabsf(dir.x), ay = fabsf(dir.y), az = fabsf(dir.z), far_off = pti_largest_abs(org);
+    float largest = pti_max(ax, pti_max(ay, az)), least = pti_min(ax, pti_min(ay, az));
+    pti_f4 from = pti_f4_of(org.x, org.y, org.z, 0), to = pti_f4_of(dir.x, dir.y, dir.z, 1), zero = pti_f4_set(0);
+    pti_f4 less = pti_f4_sub(pti_f4_max(to, pti_f4_sub(zero, to)), pti_f4_set(largest));
+    size_t z = steepest[pti_f4_negative(less) & 3], x = axes[z + 1], y = axes[z + 2];      /* without a branch */
+    pti_f4 inverse = pti_f4_div(pti_f4_set(1), to), minus = pti_f4_sub(zero, pti_f4_mul(from, inverse));
+    pti_f4 pad = pti_f4_mul(pti_f4_max(inverse, pti_f4_sub(zero, inverse)), pti_f4_set(PTI_ULPS_8 * far_off));
+    pti_f4 widen = pti_f4_set(PTI_WIDEN);
     int k;
+    pti_f4_store(r->org, from);
+    pti_f4_store(r->dir, to);
     pti_f4_store(r->near_inverse, inverse);
-    r->sz = r->near_inverse[z];                          /* before a slow axis changes it */
     pti_f4_store(r->near_add, pti_f4_sub(minus, pad));
     pti_f4_store(r->far_inverse, pti_f4_mul(inverse, widen));
-    pti_f4_store(r->far_add, pti_f4_mul(pti_f4_add(minus, pad), widen));
-    r->octant = 0;
-    pti_ray_row(r, 0, dir.x < 0); pti_ray_row(r, 1, dir.y < 0); pti_ray_row(r, 2, dir.z < 0);
-    if (least > largest * 1e-21f && least * 1e37f > pti_max(pti_largest_abs(org), 1)) return;
-    for (k = 0; k < 3; k++) pti_ray_slow_axis(r, k, largest);
-}
-PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
-    static const int axes[5] = { 0, 1, 2, 0, 1 };
-    float ax = fabsf(dir.x), ay = fabsf(dir.y), az = fabsf(dir.z), largest = pti_largest_abs(dir);
-    int is_x = ax == largest, is_y = ay == largest, z = (1 - is_x) * (2 - is_y);      /* no branch */
-    int x = axes[z + 1], y = axes[z + 2];
-    r->org[0] = org.x; r->org[1] = org.y; r->org[2] = org.z;
-    r->dir[0] = dir.x; r->dir[1] = dir.y; r->dir[2] = dir.z;
+    r->kx = x * PTI_LANES; r->ky = y * PTI_LANES; r->kz = z * PTI_LANES;
+    r->ox = r->org[x]; r->oy = r->org[y]; r->oz = r->org[z];
+    r->sz = r->near_inverse[z];
+    r->sx = r->dir[x] * r->sz; r->sy = r->dir[y] * r->sz;
+    later *= fabsf(r->sz);
+    pti_f4_store(r->far_add, pti_f4_add(pti_f4_mul(pti_f4_add(minus, pad), widen), pti_f4_set(later)));
+    r->octant = pti_f4_negative(to);
     r->tmin = pti_max(tmin, 0);
     r->time = time;
-    r->kx = (size_t)x * PTI_LANES; r->ky = (size_t)y * PTI_LANES; r->kz = (size_t)z * PTI_LANES;
-    r->ox = r->org[x]; r->oy = r->org[y]; r->oz = r->org[z];
-    pti_ray_slabs(r, org, dir, z, largest, pti_min(ax, pti_min(ay, az)));
-    r->sx = r->dir[x] * r->sz;
-    r->sy = r->dir[y] * r->sz;
+    if (!(least > largest * 1e-21f && least * 1e37f > pti_max(far_off, 1)))
+        for (k = 0; k < 3; k++) pti_ray_slow_axis(r, k, largest, later);
+    r->rows = pti_octants + r->octant;
 }
 
 /* A hit on its way to becoming a pt_vertex. Ties in t are decided by the ids in the outer, then in the inner scene. */
@@ -3206,9 +3212,9 @@ static uint32_t pti_triangles_again(const pti_packet *p, const pti_ray *r, float
 }
 
 static inline uint32_t pti_boxes_scalar(const pti_node *n, const pti_ray *r, float limit, float enter[PTI_WIDTH]) {
-    const float *x0 = pti_planes(n, r->near_row[0]), *x1 = pti_planes(n, r->far_row[0]);
-    const float *y0 = pti_planes(n, r->near_row[1]), *y1 = pti_planes(n, r->far_row[1]);
-    const float *z0 = pti_planes(n, r->near_row[2]), *z1 = pti_planes(n, r->far_row[2]);
+    const float *x0 = pti_planes(n, r->rows->near_at[0]), *x1 = pti_planes(n, r->rows->far_at[0]);
+    const float *y0 = pti_planes(n, r->rows->near_at[1]), *y1 = pti_planes(n, r->rows->far_at[1]);
+    const float *z0 = pti_planes(n, r->rows->near_at[2]), *z1 = pti_planes(n, r->rows->far_at[2]);
     uint32_t mask = 0;
     int k;
     for (k = 0; k < PTI_WIDTH; k++) {
@@ -3233,12 +3239,12 @@ static inline uint32_t pti_boxes_sse2(const pti_node *n, const pti_ray *r, float
     uint32_t mask = 0;
     int h;
     for (h = 0; h < PTI_WIDTH; h += 4) {
-        __m128 t0 = _mm_max_ps(pti_slab_sse2(pti_planes(n, r->near_row[0]) + h, r->near_inverse[0], r->near_add[0]),
-                               pti_slab_sse2(pti_planes(n, r->near_row[1]) + h, r->near_inverse[1], r->near_add[1]));
-        __m128 t1 = _mm_min_ps(pti_slab_sse2(pti_planes(n, r->far_row[0]) + h, r->far_inverse[0], r->far_add[0]),
-                               pti_slab_sse2(pti_planes(n, r->far_row[1]) + h, r->far_inverse[1], r->far_add[1]));
-        t0 = _mm_max_ps(t0, pti_slab_sse2(pti_planes(n, r->near_row[2]) + h, r->near_inverse[2], r->near_add[2]));
-        t1 = _mm_min_ps(t1, pti_slab_sse2(pti_planes(n, r->far_row[2]) + h, r->far_inverse[2], r->far_add[2]));
+        __m128 t0 = _mm_max_ps(pti_slab_sse2(pti_planes(n, r->rows->near_at[0]) + h, r->near_inverse[0], r->near_add[0]),
+                               pti_slab_sse2(pti_planes(n, r->rows->near_at[1]) + h, r->near_inverse[1], r->near_add[1]));
+        __m128 t1 = _mm_min_ps(pti_slab_sse2(pti_planes(n, r->rows->far_at[0]) + h, r->far_inverse[0], r->far_add[0]),
+                               pti_slab_sse2(pti_planes(n, r->rows->far_at[1]) + h, r->far_inverse[1], r->far_add[1]));
+        t0 = _mm_max_ps(t0, pti_slab_sse2(pti_planes(n, r->rows->near_at[2]) + h, r->near_inverse[2], r->near_add[2]));
+        t1 = _mm_min_ps(t1, pti_slab_sse2(pti_planes(n, r->rows->far_at[2]) + h, r->far_inverse[2], r->far_add[2]));
         t0 = _mm_max_ps(t0, _mm_set1_ps(r->tmin));
         t1 = _mm_min_ps(t1, _mm_set1_ps(limit));
         _mm_storeu_ps(enter + h, t0);
@@ -3290,7 +3296,7 @@ PTI_AVX2 PTI_INLINE uint32_t pti_triangles_avx2(const pti_packet *p, const pti_r
 /* The other way round: which are missed. As integers, floats compare in a quarter of the time, and the same way unless both are
    negative. The entry is not, since tmin is not; and of exits that are, it is enough that they are below it. */
 PTI_AVX2 PTI_INLINE __m256 pti_boxes_avx2(const pti_node *n, const pti_ray *r, float limit, __m256 *enter) {
-#define PTI_SLAB(which, k) _mm256_castps_si256(_mm256_fmadd_ps(_mm256_loadu_ps(pti_planes(n, r->which##_row[k])), \
+#define PTI_SLAB(which, k) _mm256_castps_si256(_mm256_fmadd_ps(_mm256_loadu_ps(pti_planes(n, r->rows->which##_at[k])), \
     _mm256_broadcast_ss(&r->which##_inverse[k]), _mm256_broadcast_ss(&r->which##_add[k])))
     __m256i x0 = PTI_SLAB(near, 0), y0 = PTI_SLAB(near, 1), z0 = PTI_SLAB(near, 2);
     __m256i x1 = PTI_SLAB(far, 0), y1 = PTI_SLAB(far, 1), z1 = PTI_SLAB(far, 2), t0, t1;
@@ -3314,12 +3320,12 @@ static inline uint32_t pti_boxes_neon(const pti_node *n, const pti_ray *r, float
     uint32_t mask = 0;
     int h;
     for (h = 0; h < PTI_WIDTH; h += 4) {
-        float32x4_t t0 = vmaxq_f32(pti_slab_neon(pti_planes(n, r->near_row[0]) + h, r->near_inverse[0], r->near_add[0]),
-                                   pti_slab_neon(pti_planes(n, r->near_row[1]) + h, r->near_inverse[1], r->near_add[1]));
-        float32x4_t t1 = vminq_f32(pti_slab_neon(pti_planes(n, r->far_row[0]) + h, r->far_inverse[0], r->far_add[0]),
-                                   pti_slab_neon(pti_planes(n, r->far_row[1]) + h, r->far_inverse[1], r->far_add[1]));
-        t0 = vmaxq_f32(t0, pti_slab_neon(pti_planes(n, r->near_row[2]) + h, r->near_inverse[2], r->near_add[2]));
-        t1 = vminq_f32(t1, pti_slab_neon(pti_planes(n, r->far_row[2]) + h, r->far_inverse[2], r->far_add[2]));
+        float32x4_t t0 = vmaxq_f32(pti_slab_neon(pti_planes(n, r->rows->near_at[0]) + h, r->near_inverse[0], r->near_add[0]),
+                                   pti_slab_neon(pti_planes(n, r->rows->near_at[1]) + h, r->near_inverse[1], r->near_add[1]));
+        float32x4_t t1 = vminq_f32(pti_slab_neon(pti_planes(n, r->rows->far_at[0]) + h, r->far_inverse[0], r->far_add[0]),
+                                   pti_slab_neon(pti_planes(n, r->rows->far_at[1]) + h, r->far_inverse[1], r->far_add[1]));
+        t0 = vmaxq_f32(t0, pti_slab_neon(pti_planes(n, r->rows->near_at[2]) + h, r->near_inverse[2], r->near_add[2]));
+        t1 = vminq_f32(t1, pti_slab_neon(pti_planes(n, r->rows->far_at[2]) + h, r->far_inverse[2], r->far_add[2]));
         t0 = vmaxq_f32(t0, vdupq_n_f32(r->tmin));
         t1 = vminq_f32(t1, vdupq_n_f32(limit));
         vst1q_f32(enter + h, t0);
@@ -3504,10 +3510,7 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
    are left a little later, eight ulps of the tree's size, lest it be decided by what else is in the box. (Pads know the origin's
    rounding, which is none at zero, but not the triangle's.) */
 PTI_INLINE void pti_ray_enter(pti_ray *r, const pti_bvh *b, pt_vec3 org, pt_vec3 dir, float tmin, float time) {
-    pti_f4 later;
-    pti_ray_prepare(r, org, dir, tmin, time);
-    later = pti_f4_set(b->slack * (65536 * PTI_ULPS_8) * fabsf(r->sz));
-    pti_f4_store(r->far_add, pti_f4_add(pti_f4_load(r->far_add), later));
+    pti_ray_prepare(r, org, dir, tmin, time, b->slack * (65536 * PTI_ULPS_8));
 }
 
 /* Nearest hit, or any. One loop over both levels: at an instance the ray is moved into its scene, and a mark on the stack
@@ -4717,7 +4720,7 @@ static void pti_visit_begin(pti_visit *v, const pti_flight *f) {
     v->next = 0;
     v->top = 0;
     if (f->volumes->count <= PTI_FEW_VOLUMES) return;
-    pti_ray_prepare(&v->ray, f->org, f->dir, 0, f->time);
+    pti_ray_prepare(&v->ray, f->org, f->dir, 0, f->time, 0);
     v->stack[v->top++] = f->volumes->tree.bvh.root;
 }
 static const pti_volume *pti_visit_next(pti_visit *v, float tmax) {

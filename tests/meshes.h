@@ -166,7 +166,7 @@ static inline void brute_geometry(const pti_geometry *g, const pti_ray *r, pti_h
             const pti_instance *in = pti_instance_at(&s->as.instance, r->time, &moved);
             pti_ray local;
             pti_ray_prepare(&local, pti_xform_point(&in->to_local, pt_v3(r->org[0], r->org[1], r->org[2])),
-                            pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time);
+                            pti_xform_vector(&in->to_local, pt_v3(r->dir[0], r->dir[1], r->dir[2])), r->tmin, r->time, 0);
             brute_geometry(in->of, &local, hit, (uint32_t)i + 1, s->first);
             continue;
         }

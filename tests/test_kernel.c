@@ -69,7 +69,7 @@ static void compare_traces(const pt_scene *s, v3 center, double size, int n, pt_
         pt_ray ray = odd_ray(r, center, size);
         pti_ray p;
         pti_hit first[2];
-        pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, 0);
+        pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, 0, 0);
         for (k = 0; k < KERNELS; k++) {
             pti_hit hit, any;
             if (!there[k]) continue;
@@ -157,7 +157,7 @@ static void all_triangle_kernels_are_the_same(void) {
             if (i % 100 == 1) for (corner = 0; corner < 3; corner++) for (axis = 0; axis < 3; axis++) p.v[corner][axis][lane] *= i % 200 == 1 ? 1e30f : 1e-30f;
         }
         if (i % 2) o.dir = pti_sub(pt_v3(p.v[0][0][0], p.v[0][1][0], p.v[0][2][0]), o.org);    /* through a corner */
-        pti_ray_prepare(&ray, o.org, o.dir, o.tmin, 0);
+        pti_ray_prepare(&ray, o.org, o.dir, o.tmin, 0, 0);
         for (k = 0; k < KERNELS; k++) {
             uint32_t mask;
             memset(&got, 0, sizeof got);
@@ -226,7 +226,7 @@ static void box_kernels_are_conservative(void) {
             for (axis = 0; axis < 3; axis++) { lo[axis] = n.plane[2 * axis][j]; hi[axis] = n.plane[2 * axis + 1][j]; }
             must |= (uint32_t)enters(lo, hi, &o, (double)tmax, &entry[j]) << j;
         }
-        pti_ray_prepare(&ray, o.org, o.dir, o.tmin, 0);
+        pti_ray_prepare(&ray, o.org, o.dir, o.tmin, 0, 0);
         for (k = 0; k < KERNELS; k++) {
             float enter[PTI_WIDTH];
             uint32_t mask;
@@ -397,7 +397,7 @@ static void next_to_infinity(void) {
             pti_hit hit;
             int hits;
             if (!there[k]) continue;
-            pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, 0);
+            pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, 0, 0);
             pti_hit_init(&hit, ray.tmax);
             hits = pti_trace_for(all_kernels[k].isa)(&s->geometry, &p, &hit, 0);
             if (k == 0) { expected = hits; t = hit.t; found += hits; }
@@ -432,7 +432,7 @@ static void moving_instances_match_brute_force(void) {
         float time = i % 10 == 0 ? 0 : i % 10 == 1 ? 1 : i % 10 == 2 ? -3 : i % 10 == 3 ? 7 : (float)uniform(&r);
         pti_ray p;
         pti_hit want, other;
-        pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, time);
+        pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, time, 0);
         pti_hit_init(&want, ray.tmax);
         brute_geometry(&s->geometry, &p, &want, 0, 0);
         hits += want.found;
@@ -443,7 +443,7 @@ static void moving_instances_match_brute_force(void) {
             trace_both(s, k, &p, ray.tmax, &hit, &any);
             wrong += !same_hit(&want, &hit) || any.found != want.found;
         }
-        pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, time < 0.5f ? 0.75f : 0.25f);
+        pti_ray_prepare(&p, ray.org, ray.dir, ray.tmin, time < 0.5f ? 0.75f : 0.25f, 0);
         pti_hit_init(&other, ray.tmax);
         pti_trace_for(PTI_SCALAR_ISA)(&s->geometry, &p, &other, 0);
         changed += !same_hit(&want, &other);

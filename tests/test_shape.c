@@ -47,7 +47,7 @@ static int float_triangle(const v3 c[3], const pt_ray *ray, float *t, float *u, 
     for (k = 0; k < 3; k++) {
         p.v[k][0][0] = (float)c[k].x; p.v[k][1][0] = (float)c[k].y; p.v[k][2][0] = (float)c[k].z;
     }
-    pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, 0);
+    pti_ray_prepare(&r, ray->org, ray->dir, ray->tmin, 0, 0);
     if (!pti_triangle(&p, 0, &r, &at)) return 0;
     *t = at.t[0]; *u = at.V[0] / at.det[0]; *v = at.W[0] / at.det[0];
     return 1;
@@ -311,7 +311,7 @@ static void spheres_against_double(void) {
         d = v3_sub(v3_add(c, v3_scale(ball(&r), 1.5 * size)), org);
         d = v3_scale(d, i % 2 ? 1 / v3_length(d) : 1);
         org = v3_rounded(org); d = v3_rounded(d);
-        pti_ray_prepare(&ray, v3_float(org), v3_float(d), 0, 0);
+        pti_ray_prepare(&ray, v3_float(org), v3_float(d), 0, 0, 0);
         hit = pti_sphere_hit(&s, &ray, FLT_MAX, &t);
         o = v3_sub(org, c);
         dd = v3_dot(d, d);
