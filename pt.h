@@ -3409,7 +3409,7 @@ static inline int pti_packet_hit(const pti_packet *p, uint32_t mask, const pti_l
 /* What is still to be visited, the next on top, and where the ray enters it. There is room for a whole vector above. */
 typedef struct pti_stack { uint32_t child[2 * PTI_STACK + PTI_WIDTH]; float enter[2 * PTI_STACK + PTI_WIDTH]; } pti_stack;
 
-/* Looks into a node. Returns the nearest child that the ray meets, or PTI_NONE, and pushes the others, the farthest first (with
+/* Looks into a node. Returns the child that the ray enters first, or PTI_NONE, and pushes the others, the farthest first (with
    AVX2, near and far as the node's order for the ray's octant has it: quicker than to sort, and as good nearly always). Any hit
    does not care which comes first, nor where they are entered. */
 typedef uint32_t pti_visit_kernel(const pti_bvh *b, const pti_node *n, const pti_ray *r, float limit, int any, pti_stack *s,
@@ -3465,41 +3465,58 @@ PTI_AVX2 PTI_INLINE __m256i pti_spread_avx2(uint32_t fours) {
     return _mm256_srlv_epi32(_mm256_set1_epi32((int)fours), _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
 }
 /* The next child, as soon as it is known: the branches in between are often mispredicted, and then it is on its way already. And
-   the one after it; any hit looks at nearly all. (Objects are elsewhere; an idle fetch does no harm.) */
+   those after it. (Objects are elsewhere; an idle fetch does no harm.) */
 PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
     const char *p = (const char *)((uintptr_t)b->blocks + (uintptr_t)PTI_INDEX(child) * sizeof(pti_block));
     _mm_prefetch(p, _MM_HINT_T0); _mm_prefetch(p + 64, _MM_HINT_T0);
     _mm_prefetch(p + 128, _MM_HINT_T0); _mm_prefetch(p + 192, _MM_HINT_T0);
 }
-/* All without a loop: the children in the node's order for this octant, then those that were met moved together. Where only one
-   was met, nothing is left to be moved (and what is fetched is anything: harmless); to find that out by a branch would cost
-   more, since chance decides it. */
+/* The child of the lowest bit: the node's k-th, or the k-th in that order. */
+PTI_INLINE uint32_t pti_child_avx2(const pti_node *n, uint32_t fours, uint32_t mask, int any) {
+    uint32_t k = (uint32_t)pti_lowest_bit(mask | 0x80);
+    return n->child[any ? k : fours >> 4 * k & 7];
+}
+/* In the second of eight numbers of sixteen bits: which child is entered first. Half of a float that is not negative orders them
+   well enough. */
+PTI_AVX2 PTI_INLINE __m128i pti_first_avx2(__m256 enter, __m256 missed) {
+    __m256i high = _mm256_srli_epi32(_mm256_castps_si256(_mm256_or_ps(enter, missed)), 16);
+    return _mm_minpos_epu16(_mm_packus_epi32(_mm256_castsi256_si128(high), _mm256_extracti128_si256(high, 1)));
+}
+/* Where that child is. */
+PTI_AVX2 PTI_INLINE __m256 pti_lane_avx2(__m128i first) {
+    __m256i lane = _mm256_broadcastd_epi32(_mm_srli_epi32(first, 16));
+    return _mm256_castsi256_ps(_mm256_cmpeq_epi32(lane, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)));
+}
+/* All without a loop: the first, then those left in the node's order for this octant, which does for them, moved together. Where
+   only one was met, nothing is left to be moved (and what is fetched is anything: harmless); to find that out by a branch would
+   cost more, since chance decides it. Any hit takes them all as the node has them. */
 PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, float limit, int any,
                                             pti_stack *s, int *top) {
     __m256 enter, missed = pti_boxes_avx2(n, r, limit, &enter);
     __m256i *push = (__m256i *)(void *)(s->child + *top), children = _mm256_loadu_si256((const __m256i *)(const void *)n->child);
-    uint32_t fours = n->order[r->octant], mask, rest, next;
+    uint32_t fours = n->order[r->octant], mask = (uint32_t)_mm256_movemask_ps(missed) ^ 0xffu, next;
+    __m256i order = pti_spread_avx2(fours), pick;
+    __m128i first;
+    if (!mask) return PTI_NONE;
     if (any) {
-        mask = (uint32_t)_mm256_movemask_ps(missed) ^ 0xffu;
-        if (!mask) return PTI_NONE;
-        next = n->child[pti_lowest_bit(mask)];
-        mask &= mask - 1;
+        next = pti_child_avx2(n, fours, mask, any);
         pti_prefetch(b, next);
-        if (!mask) return next;
-        for (rest = mask; rest; rest &= rest - 1) pti_prefetch(b, n->child[pti_lowest_bit(rest)]);
-        _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pti_spread_avx2(pti_set_bits[mask])));
+        mask &= mask - 1;
     } else {
-        __m256i order = pti_spread_avx2(fours), pick;
-        mask = (uint32_t)_mm256_movemask_ps(_mm256_permutevar8x32_ps(missed, order)) ^ 0xffu;
-        if (!mask) return PTI_NONE;
-        next = n->child[fours >> 4 * pti_lowest_bit(mask) & 7];
-        mask &= mask - 1;
+        first = pti_first_avx2(enter, missed);
+        next = n->child[_mm_extract_epi16(first, 1)];
         pti_prefetch(b, next);
-        pti_prefetch(b, n->child[fours >> 4 * pti_lowest_bit(mask | 0x80) & 7]);
-        pick = _mm256_permutevar8x32_epi32(order, pti_spread_avx2(pti_set_bits[mask]));
-        _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pick));
+        missed = _mm256_permutevar8x32_ps(_mm256_or_ps(missed, pti_lane_avx2(first)), order);
+        mask = (uint32_t)_mm256_movemask_ps(missed) ^ 0xffu;
+    }
+    pti_prefetch(b, pti_child_avx2(n, fours, mask, any));
+    if (any) pti_prefetch(b, pti_child_avx2(n, fours, mask & (mask - 1), any));
+    pick = pti_spread_avx2(pti_set_bits[mask]);
+    if (!any) {
+        pick = _mm256_permutevar8x32_epi32(order, pick);
         _mm256_storeu_ps(s->enter + *top, _mm256_permutevar8x32_ps(enter, pick));
     }
+    _mm256_storeu_si256(push, _mm256_permutevar8x32_epi32(children, pick));
     *top += __builtin_popcount(mask);
     return next;
 }
