@@ -3487,9 +3487,9 @@ PTI_AVX2 PTI_INLINE __m256 pti_lane_avx2(__m128i first) {
     __m256i lane = _mm256_broadcastd_epi32(_mm_srli_epi32(first, 16));
     return _mm256_castsi256_ps(_mm256_cmpeq_epi32(lane, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)));
 }
-/* All without a loop: the first, then those left in the node's order for this octant, which does for them, moved together. Where
-   only one was met, nothing is left to be moved (and what is fetched is anything: harmless); to find that out by a branch would
-   cost more, since chance decides it. Any hit takes them all as the node has them. */
+/* Most often one child is met; else, without a loop: the first, then those left in the node's order for this octant, which does
+   for them, moved together. (What is fetched where fewer are left is anything: harmless.) Any hit takes them all as the node has
+   them, and does not ask whether there is but one: its rays are not alike, and chance would decide that branch. */
 PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, float limit, int any,
                                             pti_stack *s, int *top) {
     __m256 enter, missed = pti_boxes_avx2(n, r, limit, &enter);
@@ -3498,6 +3498,11 @@ PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n,
     __m256i order = pti_spread_avx2(fours), pick;
     __m128i first;
     if (!mask) return PTI_NONE;
+    if (!any && !(mask & (mask - 1))) {
+        next = n->child[pti_lowest_bit(mask)];
+        pti_prefetch(b, next);
+        return next;
+    }
     if (any) {
         next = pti_child_avx2(n, fours, mask, any);
         pti_prefetch(b, next);
