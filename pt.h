@@ -1048,8 +1048,8 @@ static void pti_parallel(int threads, pti_work *work, void *user, size_t count) 
     pti_mutex_free(&t.lock);
 }
 
-/* Four floats side by side, for the boxes of a tree that is being built. The smaller, the larger: b where a is NaN. What
-   pti_f4_if makes of a is NaN unless k, which is 0 or 1. */
+/* Four floats side by side, for rays and for the boxes of a tree that is being built. The smaller, the larger: b where a is NaN.
+   What pti_f4_if makes of a is NaN unless k, which is 0 or 1. pti_f4_negative: bit k, is the k-th below 0? (-0 and NaN are not.) */
 #if defined(PTI_X86)
 typedef __m128 pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { return _mm_loadu_ps((const float *)p); }
@@ -1084,10 +1084,11 @@ PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) {
     return vreinterpretq_f32_u32(vorrq_u32(vreinterpretq_u32_f32(a), vdupq_n_u32(k - 1)));
 }
 PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { vst1q_s32(p, vcvtq_s32_f32(a)); }
-PTI_INLINE size_t pti_f4_negative(pti_f4 a) {
+PTI_INLINE uint32_t pti_mask_neon(uint32x4_t m) {
     static const uint32_t bits[4] = { 1, 2, 4, 8 };
-    return vaddvq_u32(vandq_u32(vcltzq_f32(a), vld1q_u32(bits)));
+    return vaddvq_u32(vandq_u32(m, vld1q_u32(bits)));
 }
+PTI_INLINE size_t pti_f4_negative(pti_f4 a) { return pti_mask_neon(vcltzq_f32(a)); }
 #else
 typedef struct pti_f4 { float v[4]; } pti_f4;
 PTI_INLINE pti_f4 pti_f4_load(const void *p) { pti_f4 r; memcpy(r.v, p, sizeof r.v); return r; }
@@ -1111,7 +1112,9 @@ PTI_INLINE pti_f4 pti_f4_if(uint32_t k, pti_f4 a) {
     return a;
 }
 PTI_INLINE void pti_f4_store_whole(int32_t *p, pti_f4 a) { int k; for (k = 0; k < 4; k++) p[k] = (int32_t)a.v[k]; }
-PTI_INLINE size_t pti_f4_negative(pti_f4 a) { size_t m = 0; int k; for (k = 0; k < 4; k++) m |= (size_t)(a.v[k] < 0) << k; return m; }
+PTI_INLINE size_t pti_f4_negative(pti_f4 a) {
+    return (size_t)(a.v[0] < 0) | (size_t)(a.v[1] < 0) << 1 | (size_t)(a.v[2] < 0) << 2 | (size_t)(a.v[3] < 0) << 3;
+}
 #endif
 
 /* Texts, without stdio. pti_format knows %s (string), %u (uint64_t), %d (int) and %g (double, six digits). */
@@ -1913,13 +1916,15 @@ static const pti_instance *pti_instance_at(const pti_instance *in, float time, p
 #define PTI_ROW (PTI_WIDTH * sizeof(float))              /* of its planes: low x of all, high x, low y ... */
 #define PTI_LANES 4                                      /* triangles in a packet */
 #define PTI_WIDEN (1 + 2 * PTI_ULPS_8)
-/* Where a node's nearer and farther planes along x, y and z are, in bytes, for rays of each octant (1: x falls, 2: y, 4: z). */
+/* Where a node's nearer and farther planes along x, y and z are, in bytes, for rays of each octant (1: x falls, 2: y, 4: z; where a
+   ray does not move, it does not fall). */
 typedef struct pti_rows { size_t near_at[3], far_at[3]; } pti_rows;
 #define PTI_ROWS(x, y, z) { { x * PTI_ROW, (2 + y) * PTI_ROW, (4 + z) * PTI_ROW }, \
                             { (1 - x) * PTI_ROW, (3 - y) * PTI_ROW, (5 - z) * PTI_ROW } }
 static const pti_rows pti_octants[8] = { PTI_ROWS(0, 0, 0), PTI_ROWS(1, 0, 0), PTI_ROWS(0, 1, 0), PTI_ROWS(1, 1, 0),
                                          PTI_ROWS(0, 0, 1), PTI_ROWS(1, 0, 1), PTI_ROWS(0, 1, 1), PTI_ROWS(1, 1, 1) };
-typedef struct pti_ray {                                 /* fours first, so that none lies across two lines of the cache */
+typedef struct pti_ray {                                 /* fours first: compilers put it at a multiple of 16, and none then lies
+                                                            across two lines of the cache */
     float near_inverse[4], near_add[4];                  /* boxes: t = plane * inverse + add; four for arithmetic on all at once */
     float far_inverse[4], far_add[4];
     float org[4], dir[4];
@@ -1935,7 +1940,8 @@ typedef struct pti_ray {                                 /* fours first, so that
    (Ize 2013): it never misses a box where the ray meets the triangle (that rounding may move t is pti_bvh_slack's). They are those
    of the largest |org|: in an instance that is turned, all its coordinates round together. Along an axis where the ray does not
    move, all is decided by a slope so steep that the box is met everywhere or nowhere, but for boxes within 1e-8 m, or that
-   rounding, of the origin. Every box is left `later` than that. */
+   rounding, of the origin. Boxes are left later still, by `later`: a length along the ray's longest axis to pti_ray_prepare, then a
+   t. */
 static void pti_ray_slow_axis(pti_ray *r, int k, float largest, float later) {
     float d = r->dir[k], offset, pad, inverse, farthest = pti_largest_abs(pt_v3(r->org[0], r->org[1], r->org[2]));
     int moves = fabsf(d) > largest * 1e-21f;           /* 1e-8 m in 1e13 */
@@ -1953,12 +1959,13 @@ static void pti_ray_slow_axis(pti_ray *r, int k, float largest, float later) {
     r->far_add[k] = FLT_MAX;
 }
 PTI_INLINE void pti_ray_prepare(pti_ray *r, pt_vec3 org, pt_vec3 dir, float tmin, float time, float later) {
-    static const size_t steepest[4] = { 0, 1, 0, 2 }, axes[5] = { 0, 1, 2, 0, 1 };
+    static const size_t steepest[4] = { 0, 1, 0, 2 };    /* bit 0: |x| is below the largest; bit 1: |y| is */
+    static const size_t axes[5] = { 0, 1, 2, 0, 1 };
     float ax = fabsf(dir.x), ay = fabsf(dir.y), az = fabsf(dir.z), far_off = pti_largest_abs(org);
     float largest = pti_max(ax, pti_max(ay, az)), least = pti_min(ax, pti_min(ay, az));
     pti_f4 from = pti_f4_of(org.x, org.y, org.z, 0), to = pti_f4_of(dir.x, dir.y, dir.z, 1), zero = pti_f4_set(0);
     pti_f4 less = pti_f4_sub(pti_f4_max(to, pti_f4_sub(zero, to)), pti_f4_set(largest));
-    size_t z = steepest[pti_f4_negative(less) & 3], x = axes[z + 1], y = axes[z + 2];      /* without a branch */
+    size_t z = steepest[pti_f4_negative(less) & 3], x = axes[z + 1], y = axes[z + 2];
     pti_f4 inverse = pti_f4_div(pti_f4_set(1), to), minus = pti_f4_sub(zero, pti_f4_mul(from, inverse));
     pti_f4 pad = pti_f4_mul(pti_f4_max(inverse, pti_f4_sub(zero, inverse)), pti_f4_set(PTI_ULPS_8 * far_off));
     pti_f4 widen = pti_f4_set(PTI_WIDEN);
@@ -2169,10 +2176,11 @@ typedef struct pti_builder {
     pti_ref *refs;       size_t count, room;             /* room for cut triangles too */
     pti_halves *splits;  size_t split_count;
     size_t left_out;                                     /* of the primitives, those that nothing can hit */
-    pti_mutex lock;                                      /* of split_count and left_out */
+    pti_mutex lock;                                      /* of split_count, left_out and the boxes of all */
     int wastes;                                          /* are triangles' wastes wanted? see pti_waste */
     uint32_t *places;                                    /* those; then at a leaf's first primitive, how many it has; then
                                                             pti_place_packet */
+    pti_range all;                                       /* after cuts its centers are wider than they need be */
     pti_range *tasks;    size_t task_count;
     uint32_t top;                                        /* the split of all */
 } pti_builder;
@@ -2656,11 +2664,11 @@ static void pti_build_task(void *user, size_t i) {
     size_t next = 0;
     pti_build_range(b, &b->tasks[i], &next);
 }
-static void pti_build_splits(pti_builder *b, const pti_range *all) {
+static void pti_build_splits(pti_builder *b) {
     pti_range tasks[2 * PTI_TASKS];
     size_t enough = b->count / PTI_TASKS > PTI_SMALL_TASK ? b->count / PTI_TASKS : PTI_SMALL_TASK, large, i;
     b->tasks = tasks;
-    tasks[0] = *all;
+    tasks[0] = b->all;
     b->task_count = 1;
     while (b->task_count < PTI_TASKS) {                  /* those to be split come first */
         for (i = 0, large = 0; i < b->task_count; i++) {
@@ -2934,15 +2942,18 @@ static float pti_waste(const pti_bounds *box, pt_vec3 c) {           /* sqrt(w);
     float waste = pti_bounds_area(box) - (fabsf(c.x) + fabsf(c.y) + fabsf(c.z));
     return waste > 0 && waste <= FLT_MAX ? sqrtf(waste) : 0.0f;
 }
-/* A slice of all primitives. What can not be hit, triangles without area and mere bounds of volumes, gets an empty box. */
+/* A slice of all primitives, and what it has in their box. What can not be hit, triangles without area and mere bounds of volumes,
+   gets an empty box. */
 static void pti_collect_slice(void *user, size_t slice) {
     pti_builder *b = (pti_builder *)user;
     const pti_geometry *g = b->g;
     uint32_t i = (uint32_t)slice * PTI_SLICE, end = g->prim_count - i < PTI_SLICE ? g->prim_count : i + PTI_SLICE;
     const pti_shape *s = g->shapes + pti_find_shape(g, i);
+    pti_box boxes = pti_box_empty(), centers = boxes;
     size_t left_out = 0;
     for (; i < end; i++) {
         pti_bounds box;
+        pti_f4 lo, hi;
         pti_ref *r = b->refs + i;
         while (i - s->first >= s->count) s++;
         if (s->bounds_only) box = pti_bounds_empty();
@@ -2959,15 +2970,25 @@ static void pti_collect_slice(void *user, size_t slice) {
         } else box = pti_object_bounds(s, PTI_REACH_ENOUGH);
         r->lo[0] = box.lo.x; r->lo[1] = box.lo.y; r->lo[2] = box.lo.z; r->shape = (uint32_t)(s - g->shapes) ^ PTI_MIDDLING;
         r->hi[0] = box.hi.x; r->hi[1] = box.hi.y; r->hi[2] = box.hi.z; r->prim = (i - s->first) ^ PTI_MIDDLING;
-        left_out += !(box.lo.x <= box.hi.x);
+        if (!(box.lo.x <= box.hi.x)) { left_out++; continue; }
+        lo = pti_f4_of(box.lo.x, box.lo.y, box.lo.z, 0);
+        hi = pti_f4_of(box.hi.x, box.hi.y, box.hi.z, 0);
+        pti_box_merge(&boxes, lo, hi);
+        pti_box_add(&centers, pti_f4_add(lo, hi));
     }
     pti_lock(&b->lock);
     b->left_out += left_out;
+    pti_box_merge(&b->all.box, boxes.lo, boxes.hi);
+    pti_box_merge(&b->all.centers, centers.lo, centers.hi);
     pti_unlock(&b->lock);
 }
 static void pti_collect(pti_builder *b) {
     size_t i, slices = ((size_t)b->g->prim_count + PTI_SLICE - 1) / PTI_SLICE;
+    pti_f4 zero = pti_f4_set(0);
+    b->all.box = b->all.centers = pti_box_empty();
     pti_parallel(b->threads, pti_collect_slice, b, slices);
+    b->all.box.lo = pti_f4_add(b->all.box.lo, zero);     /* -0 becomes +0: which of the two came first, only threads know */
+    b->all.box.hi = pti_f4_add(b->all.box.hi, zero);
     if (!b->left_out) b->count = b->g->prim_count;
     for (i = 0; i < b->g->prim_count && b->left_out; i++) {
         if (!(b->refs[i].lo[0] <= b->refs[i].hi[0])) continue;
@@ -2981,7 +3002,7 @@ static void pti_ref_cut(pti_builder *b, size_t at, int pieces, const pt_vec3 v[3
     pti_ref *r = b->refs + at, *other = b->refs + b->count;
     int axis = pti_ref_axis(r, 1) > pti_ref_axis(r, 0) ? 1 : 0, left = pieces / 2;
     float cut, lo, hi;
-    if (pieces < 2 || b->count == b->room) return;
+    if (pieces < 2 || b->count == b->room) { pti_box_add(&b->all.centers, pti_ref_center(r)); return; }
     if (pti_ref_axis(r, 2) > pti_ref_axis(r, axis)) axis = 2;
     lo = r->lo[axis]; hi = r->hi[axis];
     cut = lo + (hi - lo) * ((float)left / (float)pieces);
@@ -3173,10 +3194,11 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
     b.cuts = pti_qualities[quality].cuts;
     if (b.count && per_piece) pti_cut_refs(&b);
     if (b.count) {
-        pti_range all = pti_range_make(&b, 0, b.count, b.cuts ? b.room : b.count, 0);
-        all.link = &b.top;
-        b.area = pti_box_area(&all.box);
-        pti_build_splits(&b, &all);
+        b.all.end = b.count;
+        b.all.room = b.cuts ? b.room : b.count;
+        b.all.link = &b.top;
+        b.area = pti_box_area(&b.all.box);
+        pti_build_splits(&b);
         fine = pti_bvh_place(&b, a);
     }
     pti_free(a, b.refs, b.room, sizeof *b.refs);
@@ -3309,10 +3331,6 @@ PTI_AVX2 PTI_INLINE __m256 pti_boxes_avx2(const pti_node *n, const pti_ray *r, f
 #endif
 
 #if defined(PTI_NEON)
-PTI_INLINE uint32_t pti_mask_neon(uint32x4_t m) {
-    static const uint32_t bits[4] = { 1, 2, 4, 8 };
-    return vaddvq_u32(vandq_u32(m, vld1q_u32(bits)));
-}
 PTI_INLINE float32x4_t pti_slab_neon(const float *row, float inverse, float add) {
     return vfmaq_n_f32(vdupq_n_f32(add), vld1q_f32(row), inverse);
 }
@@ -3471,13 +3489,14 @@ PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
     _mm_prefetch(p, _MM_HINT_T0); _mm_prefetch(p + 64, _MM_HINT_T0);
     _mm_prefetch(p + 128, _MM_HINT_T0); _mm_prefetch(p + 192, _MM_HINT_T0);
 }
-/* The child of the lowest bit: the node's k-th, or the k-th in that order. */
+/* The child of the lowest bit of mask, which is in the node's order for an octant or, for any hit, as the node has them. Where none
+   is left, the last: it is only fetched. */
 PTI_INLINE uint32_t pti_child_avx2(const pti_node *n, uint32_t fours, uint32_t mask, int any) {
     uint32_t k = (uint32_t)pti_lowest_bit(mask | 0x80);
     return n->child[any ? k : fours >> 4 * k & 7];
 }
-/* In the second of eight numbers of sixteen bits: which child is entered first. Half of a float that is not negative orders them
-   well enough. */
+/* In the second of eight numbers of sixteen bits: which child is entered first, the smaller one if two are. Half of a float that is
+   not negative orders them well enough; those that are missed count as 0xffff, which no float does. */
 PTI_AVX2 PTI_INLINE __m128i pti_first_avx2(__m256 enter, __m256 missed) {
     __m256i high = _mm256_srli_epi32(_mm256_castps_si256(_mm256_or_ps(enter, missed)), 16);
     return _mm_minpos_epu16(_mm_packus_epi32(_mm256_castsi256_si128(high), _mm256_extracti128_si256(high, 1)));
@@ -3487,9 +3506,9 @@ PTI_AVX2 PTI_INLINE __m256 pti_lane_avx2(__m128i first) {
     __m256i lane = _mm256_broadcastd_epi32(_mm_srli_epi32(first, 16));
     return _mm256_castsi256_ps(_mm256_cmpeq_epi32(lane, _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)));
 }
-/* Most often one child is met; else, without a loop: the first, then those left in the node's order for this octant, which does
-   for them, moved together. (What is fetched where fewer are left is anything: harmless.) Any hit takes them all as the node has
-   them, and does not ask whether there is but one: its rays are not alike, and chance would decide that branch. */
+/* Most often one child is met. Else the one entered first is found and taken out, and the others are pushed in the node's order for
+   this octant, which is good enough for them: all without a loop. Any hit takes them as the node has them, and does not ask whether
+   there is but one: its rays are not alike, and chance would decide that branch. */
 PTI_AVX2 PTI_INLINE uint32_t pti_visit_avx2(const pti_bvh *b, const pti_node *n, const pti_ray *r, float limit, int any,
                                             pti_stack *s, int *top) {
     __m256 enter, missed = pti_boxes_avx2(n, r, limit, &enter);

@@ -283,11 +283,28 @@ static void the_same_tree_for_any_number_of_threads(void) {
             CHECK_EQ_INT(b->root, a->root);
             if (CHECK(a->block_count == b->block_count))
                 CHECK(!memcmp(a->blocks, b->blocks, a->block_count * sizeof *a->blocks));
+            CHECK(!memcmp(&a->bounds, &b->bounds, sizeof a->bounds));
             pt_scene_destroy(s);
         }
         pt_scene_destroy(first);
     }
     mesh_free(&m);
+}
+/* A floor at +0 and -0, which are equal: the first would stay, and slices come in any order. */
+static void zeros_of_bounds_have_one_sign(void) {
+    int k, i;
+    for (k = 0; k < 2; k++) {
+        mesh m = mesh_new(3 * 20000, 20000);
+        pt_scene *s;
+        for (i = 0; i < 20000; i++) {
+            double y = (i < 10000) == k ? 0.0 : -0.0;
+            mesh_add_triangle(&m, v3_of(i, y, 0), v3_of(i + 1, y, 0), v3_of(i, y, 1));
+        }
+        s = scene_built(&m, PT_QUALITY_DEFAULT, 1);
+        CHECK(!signbit(s->geometry.bvh.bounds.lo.y) && !signbit(s->geometry.bvh.bounds.hi.y));
+        pt_scene_destroy(s);
+        mesh_free(&m);
+    }
 }
 /* Where triangles stick out they are cut, with PT_QUALITY_BEST more than by default; where they are all alike, none is. What is
    hit does not depend on that. */
@@ -860,6 +877,7 @@ void test_bvh(void) {
     RUN(large_soups);
     RUN(depth_is_bounded);
     RUN(the_same_tree_for_any_number_of_threads);
+    RUN(zeros_of_bounds_have_one_sign);
     RUN(qualities_find_the_same);
     RUN(sheets_and_giants);
     RUN(refitted_trees_match_brute_force);

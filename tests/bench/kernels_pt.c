@@ -78,7 +78,7 @@ static inline void trace(const built *b, const kernel_ray *rays, size_t n, float
         pti_hit hit;
         const kernel_ray *k = rays + i;
         pt_vec3 org = pt_v3(k->org[0], k->org[1], k->org[2]), dir = pt_v3(k->dir[0], k->dir[1], k->dir[2]);
-#ifdef PT_HEADER                                         /* an older one may know no better */
+#if defined PT_HEADER && !defined PTI_ROWS               /* an older one may know no better */
         pti_ray_prepare(&r, org, dir, k->tmin, 0);
 #else
         pti_ray_enter(&r, &b->scene->geometry.bvh, org, dir, k->tmin, 0);
