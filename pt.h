@@ -237,7 +237,8 @@ typedef struct pt_measured_desc {
 PT_DEF pt_measured pt_add_measured(pt_scene *s, const pt_measured_desc *d);
 
 /* A medium: what fills a volume. Rays are absorbed and scattered with the probabilities sigma_a and sigma_s a metre and channel,
-   times a density where there is one. A medium that scatters nothing only darkens, without noise. */
+   times a density where there is one. A medium that scatters nothing only darkens, without noise if it
+   is constant. */
 typedef enum pt_phase {                                   /* whereto particles scatter */
     PT_PHASE_HENYEY_GREENSTEIN,                           /* g */
     PT_PHASE_RAYLEIGH,                                    /* air */
@@ -4513,6 +4514,7 @@ typedef struct pti_tracker {
                                                             behind them; where the next one is in memory */
     const float *majorant;                               /* the cell's */
     float leave, next[3], scale[3], first[3];            /* planes are at t = plane * scale + first */
+    float until;                                         /* hits are before */
     float marched, steps;                                /* up to where; how many on this stretch */
 } pti_tracker;
 
@@ -4556,7 +4558,8 @@ PTI_INLINE void pti_tracker_advance(pti_tracker *k) {        /* into the next ce
 static void pti_tracker_begin(pti_tracker *k, const pti_flight *f, const pti_volume *v, float tmax) {
     uint32_t u = pti_flight_draw(f, v);
     k->medium = v->medium;
-    pti_span_begin(&k->span, f, v, tmax);
+    k->until = tmax;
+    pti_span_begin(&k->span, f, v, k->medium->tracking != PT_TRACK_EXACT ? pti_max(tmax, f->end) : tmax);
     k->org = pti_xform_point(&v->to_unit, k->span.org);
     k->dir = pti_xform_vector(&v->to_unit, k->span.dir);
     k->rng = pti_sample_rng(pti_hash2(f->seed, u), f->index);
@@ -4578,6 +4581,8 @@ static pt_vec3 pti_tracker_density(pti_tracker *k) {
     d = d > 0 ? d : 0.0f;
     return pt_v3(d, d, d);
 }
+/* The next step, if its middle, where it hits, is before tmax. However far is asked, steps are those of the whole flight: it is
+   weighed by the very steps that it took. */
 static int pti_tracker_march(pti_tracker *k) {
     float step, next;
     if (k->marched >= k->span.to) {
@@ -4593,7 +4598,7 @@ static int pti_tracker_march(pti_tracker *k) {
     k->density = pti_tracker_density(k);
     k->mu = 1 / step;
     if (k->medium->tracking == PT_TRACK_MARCH) k->coin = pt_rng_float(&k->rng);
-    return k->t < k->span.tmax;
+    return k->t < k->until;
 }
 /* The next hit before tmax, or 0. */
 static int pti_tracker_next(pti_tracker *k) {
@@ -4606,7 +4611,7 @@ static int pti_tracker_next(pti_tracker *k) {
         tau = k->mu * pti_max(end - k->t, 0);
         if (tau > k->tau) {
             k->t = pti_min(k->t + k->tau / k->mu, end);
-            if (k->t >= k->span.tmax) return 0;
+            if (k->t >= k->until) return 0;
             k->coin = pt_rng_float(&k->rng);
             k->tau = pti_exponential(pt_rng_float(&k->rng));
             k->density = pti_tracker_density(k);
@@ -4614,7 +4619,7 @@ static int pti_tracker_next(pti_tracker *k) {
         }
         k->tau -= tau;
         k->t = pti_max(k->t, end);
-        if (k->t >= k->span.tmax) return 0;
+        if (k->t >= k->until) return 0;
         if (k->t < k->span.to) { pti_tracker_advance(k); continue; }
         if (!pti_span_next(&k->span)) return 0;
         k->t = k->span.from;
@@ -8591,9 +8596,8 @@ static int pti_volume_ask_bounds(pt_scene *s, pti_volume *v, const pti_medium *m
             pti_bounds_point(&box, pti_xform_point(&from_unit, pt_v3(k & 1 ? unit.hi.x : unit.lo.x, k & 2 ? unit.hi.y : unit.lo.y,
                                                                      k & 4 ? unit.hi.z : unit.lo.z)));
         most[i] = m->density_bound(m->user, box.lo, box.hi);
-        if (!pti_check(s, most[i] <= m->density_max, "pt_scene_commit", "density_bound must be at most density_max", most[i]))
-            return 0;                                    /* NaN, too */
-        most[i] = pti_max(most[i], 0);
+        if (!pti_check(s, most[i] >= 0 && most[i] <= m->density_max, "pt_scene_commit",
+                       "density_bound must be at least 0 and at most density_max", most[i])) return 0;      /* no NaN, either */
     }
     return 1;
 }

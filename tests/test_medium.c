@@ -347,10 +347,10 @@ static void furnaces_are_white(void) {
     static const float grid[24] = { 0, 3, 1, 0.2f, 2, 0, 0.5f, 1,  1, 1, 0, 0, 3, 2, 0.1f, 0,  0, 0, 0, 2, 0, 1, 2, 0.3f };
     static const char *names[] = { "isotropic", "forwards", "backwards", "Rayleigh", "droplets", "user's", "grid", "function",
                                    "chromatic", "chromatic grid", "no red", "two", "march", "two lobes", "Draine", "droplets of 50",
-                                   "a grid a channel" };
+                                   "a grid a channel", "chromatic march", "two chromatic marches" };
     int k, inside;
-    for (k = 0; k < 17; k++) for (inside = 0; inside < 2; inside++) {
-        int colored = (k >= 8 && k < 12) || k == 16;
+    for (k = 0; k < 19; k++) for (inside = 0; inside < 2; inside++) {
+        int colored = (k >= 8 && k < 12) || k >= 16;
         pt_scene *s = pt_scene_create(NULL);
         pt_medium_desc d = grey_medium(0, 2), e = grey_medium(0, 1);
         pt_render_desc v = view(inside ? pt_v3(0.2f, 0.1f, 0.3f) : pt_v3(3, 2, 4), pt_v3(0, 0, 0), inside ? 120 : 20, 16, colored ? 128 : 16);
@@ -375,8 +375,10 @@ static void furnaces_are_white(void) {
         if (k == 14) { d.phase = PT_PHASE_DRAINE; d.g = 0.6f; d.alpha = 30; }
         if (k == 15) { d.phase = PT_PHASE_DROPLETS; d.droplet_um = 50; }
         if (k == 16) { d.grid = grid; d.nx = d.ny = d.nz = 2; d.grid_channels = 3; }
+        if (k >= 17) { d.sigma_s = pt_v3(0.5f, 2, 6); d.tracking = PT_TRACK_MARCH_CDF; d.step = 0.1f; }
+        if (k == 18) { d.tracking = e.tracking = PT_TRACK_MARCH; e.sigma_s = pt_v3(2, 0.5f, 1); e.step = 0.07f; }
         fill_box(s, -1, 1, &d);
-        if (k == 11) pt_add_volume(s, pt_add_sphere(s, pt_v3(0.5f, 0, 0), 1, no_material), pt_add_medium(s, &e));
+        if (k == 11 || k == 18) pt_add_volume(s, pt_add_sphere(s, pt_v3(0.5f, 0, 0), 1, no_material), pt_add_medium(s, &e));
         sky(s, 1);
         if (!commit(s) || !render(s, &v, rgb, &stats)) return;
         for (i = 0; i < 256; i++) for (c = 0; c < 3; c++) stats_push(&m[c], rgb[3 * i + c]);
@@ -762,13 +764,15 @@ static void too_dense_functions_are_noticed(void) {
 }
 /* What is refused, and in which words. */
 static float low_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; (void)hi; return 3; }
+static float negative_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; (void)hi; return -1; }
 static float nan_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; (void)hi; return NAN; }
 static void bad_input_is_refused(void) {
     static const float grid[2] = { 1, -1 }, fine_grid[2] = { 1, 1 }, grid_a_channel[6] = { 1, 1, 1, 1, 1, -1 };
     static const char *words[] = { "sigma_a", "sigma_s", "emission", "g must", "g2 must", "mix must", "alpha must", "droplet_um",
         "phase is no", "phase_pdf", "only one", "density_max", "density_bound without", "nx must", "voxel (1, 0, 0)", "tracking is no",
         "step above 0", "needs bounds", "no medium", "medium 7", "shape, 9", "inside", "at most density_max", "NULL", "g must", "needs bounds",
-        "grid_channels must", "voxel (1, 0, 0)", "grid is NULL", "at most density_max" };
+        "grid_channels must", "voxel (1, 0, 0)", "grid is NULL", "at most density_max",
+        "at least 0" };
     int k;
     for (k = 0; k < (int)(sizeof words / sizeof *words); k++) {
         pt_scene *s = pt_scene_create(NULL);
@@ -801,6 +805,7 @@ static void bad_input_is_refused(void) {
         if (k == 27) { d.grid = grid_a_channel; d.nx = 2; d.ny = d.nz = 1; d.grid_channels = 3; }
         if (k == 28) d.nx = d.ny = d.nz = 2;
         if (k == 29) { d.density = ramp; d.density_max = 1; d.density_bound = nan_bound; }
+        if (k == 30) { d.density = ramp; d.density_max = 1; d.density_bound = negative_bound; }
         m = pt_add_medium(s, k == 23 ? NULL : &d);
         if (k == 17 || k == 25) pt_add_volume(s, everywhere, m);
         if (k == 18) m.id = 0;
