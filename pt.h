@@ -7179,10 +7179,10 @@ static int pti_environment_build(pti_environment *e, const pt_allocator *a) {   
 
 typedef struct pti_albedo_list { pti_albedo albedo; struct pti_albedo_list *next; } pti_albedo_list;
 
-#define PTI_FIRES 4
+#define PTI_FIRES 16
 #define PTI_FIRE_SHARE 0.4f                              /* of the mixture, at most */
 typedef struct pti_fire { pt_vec3 p; float radius, power; } pti_fire;    /* what glows in a volume, and a ball about it */
-typedef struct pti_fires { const struct pt_scene *scene; int count; pti_fire all[PTI_FIRES]; } pti_fires;
+typedef struct pti_fires { const struct pt_scene *scene; int count; pti_fire all[PTI_FIRES + 1]; } pti_fires;
 typedef struct pti_filling { uint32_t shape, medium; } pti_filling;        /* ids; shape 0 = everywhere */
 
 struct pt_scene {
@@ -8841,8 +8841,31 @@ static float pti_fire_bounds(const pti_volume *v, pti_bounds *b) {
     }
     return sum * size / (float)(n[0] * n[1] * n[2]);
 }
+/* The least ball about two. */
+static pti_fire pti_fire_join(const pti_fire *a, const pti_fire *b) {
+    pt_vec3 way = pti_sub(b->p, a->p);
+    float d = pti_length(way);
+    pti_fire both = a->radius > b->radius ? *a : *b;
+    both.power = a->power + b->power;
+    if (d + pti_min(a->radius, b->radius) <= both.radius) return both;
+    both.radius = 0.5f * (d + a->radius + b->radius);
+    both.p = pti_madd(way, (both.radius - a->radius) / d, a->p);
+    return both;
+}
+/* When there are too many, the two that fit into the smallest ball are one from then on. */
+static void pti_fires_add(pti_fires *f, const pti_fire *fire) {
+    int i, k, a = 0, b = 1;
+    f->all[f->count++] = *fire;
+    if (f->count <= PTI_FIRES) return;
+    for (i = 0; i < f->count; i++)
+        for (k = i + 1; k < f->count; k++)
+            if (pti_fire_join(f->all + i, f->all + k).radius < pti_fire_join(f->all + a, f->all + b).radius) { a = i; b = k; }
+    f->all[a] = pti_fire_join(f->all + a, f->all + b);
+    f->all[b] = f->all[--f->count];
+}
 static int pti_fires_build(pt_scene *s) {                /* 0 when out of memory */
     pti_fires *f = &s->fires;
+    pti_fire fire;
     size_t i;
     f->scene = s;
     f->count = 0;
@@ -8851,10 +8874,10 @@ static int pti_fires_build(pt_scene *s) {                /* 0 when out of memory
         pti_bounds b;
         float amount;
         if (!v->medium->emits || !((amount = pti_fire_bounds(v, &b)) > 0)) continue;
-        if (f->count == PTI_FIRES) { f->count = 0; return 1; }
-        f->all[f->count].p = pti_scale(pti_add(b.lo, b.hi), 0.5f);
-        f->all[f->count].radius = 0.5f * pti_length(pti_sub(b.hi, b.lo));
-        f->all[f->count++].power = amount * pti_luminance(v->medium->emission);
+        fire.p = pti_scale(pti_add(b.lo, b.hi), 0.5f);
+        fire.radius = 0.5f * pti_length(pti_sub(b.hi, b.lo));
+        fire.power = amount * pti_luminance(v->medium->emission);
+        pti_fires_add(f, &fire);
     }
     return !f->count || pti_density_own(s, PTI_FIRE_SHARE, pti_fires_sample, pti_fires_pdf, pti_fires_importance, f);
 }

@@ -516,6 +516,34 @@ static void fire_lights_a_floor(void) {
     }
 }
 
+/* Seven candles, and thirty, more than are aimed at one by one: each lights the floor below as a point would, without much noise. */
+static void many_fires_light_a_floor(void) {
+    static const int candles[2] = { 7, 30 };
+    static const double most[2] = { 0.015, 0.015 };    /* not aimed at: 0.04, 0.018 */
+    int i, k;
+    for (i = 0; i < 2; i++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc m = grey_medium(0, 0);
+        pt_render_desc d = view_down(pt_v3(0, 0, 0), 32, 64);
+        stats_moments got;
+        double want = 0;
+        m.emission = pt_v3(5, 5, 5);
+        for (k = 0; k < candles[i]; k++) {
+            double x = 1.5 * cos(k), z = 1.5 * sin(k), d2 = x * x + 4 + z * z;
+            pt_add_volume(s, pt_add_sphere(s, pt_v3((float)x, 2, (float)z), 0.1f, no_material), pt_add_medium(s, &m));
+            want += 0.8 / STATS_PI * 5 * (4 * STATS_PI / 3 * 0.001) * 2 / (d2 * sqrt(d2));
+        }
+        floor_of(s, 5, diffuse(s, 0.8f));
+        if (!commit(s)) return;
+        test_case("%d candles", candles[i]);
+        got = render_pixels(s, &d);
+        CHECK_P(stats_t_test(&got, want));
+        CHECK(stats_error(&got) < most[i] * want);
+        if (getenv("PT_TEST_FACTORS")) printf("    error %.4f\n", stats_error(&got) / want);
+        pt_scene_destroy(s);
+    }
+}
+
 /* ---- agreement of naive, mixture, NEE and NEE to all ---- */
 
 static const struct { const char *name; pt_integrator integrator; pt_weights weights; } ways[] = {
@@ -1119,6 +1147,7 @@ void test_medium(void) {
     RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
     RUN(flights_that_must_hit); RUN(fog_without_end_and_flat_boxes); RUN(a_void_is_like_dark_walls);
     RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab); RUN(fire_lights_a_floor);
+    RUN(many_fires_light_a_floor);
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
     RUN(agrees_on_smoke_a_channel);
     RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds); RUN(agrees_on_droplets); RUN(aureoles_fit_their_density);
