@@ -237,8 +237,7 @@ typedef struct pt_measured_desc {
 PT_DEF pt_measured pt_add_measured(pt_scene *s, const pt_measured_desc *d);
 
 /* A medium: what fills a volume. Rays are absorbed and scattered with the probabilities sigma_a and sigma_s a metre and channel,
-   times a density where there is one. A medium that scatters nothing only darkens, without noise if it
-   is constant. */
+   times a density where there is one. A medium that scatters nothing only darkens, without noise if it is constant. */
 typedef enum pt_phase {                                   /* whereto particles scatter */
     PT_PHASE_HENYEY_GREENSTEIN,                           /* g */
     PT_PHASE_RAYLEIGH,                                    /* air */
@@ -278,7 +277,7 @@ typedef struct pt_medium_desc {
                                                              was added to. Called from all render threads */
     float density_max;                                    /* which is never above this, 0 to 1e12. Where it is, the sample is
                                                              discarded and counted: see pt_stats */
-    float (*density_bound)(void *user, pt_vec3 lo, pt_vec3 hi);    /* NULL, or the most that density may be in a box, at most
+    float (*density_bound)(void *user, pt_vec3 lo, pt_vec3 hi);    /* NULL, or the most that density may be in a box, 0 to
                                                              density_max; asked at commit, for 32 x 32 x 32 boxes. Where
                                                              there is little, paths then go fast; where it is 0, density
                                                              is not asked at all, and a wrong 0 is not noticed */
@@ -8854,13 +8853,16 @@ static pti_fire pti_fire_join(const pti_fire *a, const pti_fire *b) {
 }
 /* When there are too many, the two that fit into the smallest ball are one from then on. */
 static void pti_fires_add(pti_fires *f, const pti_fire *fire) {
+    pti_fire both, best = { { 0, 0, 0 }, FLT_MAX, 0 };
     int i, k, a = 0, b = 1;
     f->all[f->count++] = *fire;
     if (f->count <= PTI_FIRES) return;
     for (i = 0; i < f->count; i++)
-        for (k = i + 1; k < f->count; k++)
-            if (pti_fire_join(f->all + i, f->all + k).radius < pti_fire_join(f->all + a, f->all + b).radius) { a = i; b = k; }
-    f->all[a] = pti_fire_join(f->all + a, f->all + b);
+        for (k = i + 1; k < f->count; k++) {
+            both = pti_fire_join(f->all + i, f->all + k);
+            if (both.radius < best.radius) { best = both; a = i; b = k; }
+        }
+    f->all[a] = best;
     f->all[b] = f->all[--f->count];
 }
 static int pti_fires_build(pt_scene *s) {                /* 0 when out of memory */
