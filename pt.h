@@ -4839,6 +4839,7 @@ static float pti_majorant_integral(const pti_flight *f, const pti_volume *v, flo
     pti_tracker k;
     float sum = 0, end, part;
     pti_tracker_begin(&k, f, v, tmax);
+    pti_span_begin(&k.span, f, v, tmax);                 /* that of a march goes on to the flight's end */
     while (pti_span_next(&k.span)) {
         for (k.t = k.span.from, pti_tracker_enter(&k); ; pti_tracker_advance(&k)) {
             end = pti_min(k.leave, k.span.to);

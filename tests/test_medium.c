@@ -516,6 +516,29 @@ static void fire_lights_a_floor(void) {
     }
 }
 
+/* What scatters and glows: marches of short steps see what exact flights do, no farther than they come. */
+static void marches_glow_as_far_as_they_come(void) {
+    double exact = 0;
+    int k;
+    for (k = 0; k < 3; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(1, 2);
+        pt_render_desc v = view(pt_v3(0, 0.3f, 4), pt_v3(0, 0, 0), 15, 16, 256);
+        stats_moments m;
+        test_case("tracking %d", k);
+        d.emission = pt_v3(1, 1, 1);
+        d.tracking = (pt_tracking)k;
+        d.step = 0.01f;
+        fill_box(s, -1, 1, &d);
+        v.max_depth = 1000;
+        if (!commit(s)) return;
+        m = render_pixels(s, &v);
+        if (k == 0) exact = m.mean;
+        CHECK(exact > 0.5);
+        CHECK_NEAR(m.mean, exact, 0.03 * exact);         /* their bias: 1.5 % here */
+        pt_scene_destroy(s);
+    }
+}
 /* Seven candles, and thirty, more than are aimed at one by one: each lights the floor below as a point would, without much noise. */
 static void many_fires_light_a_floor(void) {
     static const int candles[2] = { 7, 30 };
@@ -1147,7 +1170,7 @@ void test_medium(void) {
     RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
     RUN(flights_that_must_hit); RUN(fog_without_end_and_flat_boxes); RUN(a_void_is_like_dark_walls);
     RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab); RUN(fire_lights_a_floor);
-    RUN(many_fires_light_a_floor);
+    RUN(many_fires_light_a_floor); RUN(marches_glow_as_far_as_they_come);
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
     RUN(agrees_on_smoke_a_channel);
     RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds); RUN(agrees_on_droplets); RUN(aureoles_fit_their_density);
