@@ -404,7 +404,9 @@ PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *u
    from behind is inside.) Volumes may overlap each other and anything else, and the camera may be inside. Bounds of none:
    everywhere, then without a density or a march; such fog does not come along with an instance.
    A shape whose material is none, or PT_BSDF_NONE without emission, is the medium's bounds and nothing else from then on: no ray
-   stops there, pt_intersect does not see it. */
+   stops there, pt_intersect does not see it.
+   The least noise about small lamps has fog that does not vary, with bounds that are a box, a sphere or none: its particles are
+   looked for near lamps. */
 PT_DEF pt_volume pt_add_volume(pt_scene *s, pt_shape bounds, pt_medium m);
 
 /* Lights that have no shape. (Every shape whose material emits is a light too.) Each kind reads what stands in its line, and
@@ -4244,7 +4246,7 @@ typedef struct pti_volume {
     const float *majorants;  int cells[3];               /* of density, over the unit cube; NULL: density_max everywhere */
     int owns_bounds, owns_majorants;
 } pti_volume;
-#define PTI_HALOS 4
+#define PTI_HALOS 4                                      /* with five lamps and more, they cost more time than they save noise */
 #define PTI_HALO_SHARE 0.4f                              /* of the mixture, at most */
 typedef struct pti_halo { pt_vec3 p; float power, sigma; } pti_halo;     /* a lamp in a medium: see pti_halo_pdf */
 typedef struct pti_halos { int count; pti_halo lamp[PTI_HALOS]; } pti_halos;
@@ -4482,15 +4484,15 @@ static float pti_aimed_sample(const pti_flight *f, const pti_aimed *a, uint32_t 
     pti_sincos_double(a->angle[k] * (double)pti_u01(u), &sine, &cosine);
     return pti_clamp((float)((double)f->aims[k].at + d * (x * cosine + d * sine) / (d * cosine - x * sine)), a->from, a->to);
 }
-/* A flight that must hit: where, and its density for a channel, over the hero's T(t), which is 1 / inverse; r: the channel's. */
+/* Where to hit in [0, length], given that something is hit: sigma e^(-sigma t) / (1 - T), T = e^(-sigma length); evenly, where
+   that is thin. */
 #define PTI_FORCED_THIN 0.1f
-static int pti_forced_thin(const pti_aimed *a, float sigma) { return sigma * (a->to - a->from) < PTI_FORCED_THIN; }
-static float pti_forced_sample(const pti_aimed *a, float sigma, float T, float u) {
-    if (pti_forced_thin(a, sigma)) return a->from + u * (a->to - a->from);
-    return pti_min(a->from - pti_log(1 - u * (1 - T)) / sigma, a->to);
+static float pti_forced_sample(float sigma, float length, float T, float u) {
+    return sigma * length < PTI_FORCED_THIN ? u * length : -pti_log(1 - u * (1 - T)) / sigma;
 }
-static float pti_forced_pdf(const pti_aimed *a, float sigma, float T, float r, float inverse) {
-    return pti_forced_thin(a, sigma) ? inverse / (a->to - a->from) : sigma * r / (1 - T);
+/* Its density, over the hero's T(t), which is 1 / inverse; r: the channel's T(t) over that. */
+static float pti_forced_pdf(float sigma, float length, float T, float r, float inverse) {
+    return sigma * length < PTI_FORCED_THIN ? inverse / length : sigma * r / (1 - T);
 }
 static int pti_flight_forced(const pti_flight *f, const pti_volume *v) {      /* not in fog without end: what can hit, will */
     return f->blind && f->aimed_in == v && f->aimed.to > f->aimed.from && f->aimed.to < PTI_FOG_END;
@@ -4654,7 +4656,8 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax) {
         }
         if (pti_flight_forced(f, v)) {
             f->weigh = 1;
-            return pti_forced_sample(&f->aimed, sigma, pti_channel(f->aimed.T, f->hero), pti_u01(u));
+            return pti_min(f->aimed.from + pti_forced_sample(sigma, f->aimed.to - f->aimed.from,
+                                                             pti_channel(f->aimed.T, f->hero), pti_u01(u)), f->aimed.to);
         }
         if (!(sigma > 0)) return tmax;
         tau = pti_exponential(pti_u01(u)) / sigma;
@@ -4679,9 +4682,10 @@ static pt_vec3 pti_aimed_density(const pti_flight *f, const pti_volume *v, float
     const pti_aimed *a = &f->aimed;
     pt_vec3 s = v->medium->sigma_t;
     float w = a->share, e = w > 0 ? w * inverse * (hit ? pti_aimed_pdf(f, a, t) : pti_aimed_beyond(f, a, t)) : 0.0f;
+    float length = a->to - a->from;
     if (hit && pti_flight_forced(f, v))
-        r = pt_v3(pti_forced_pdf(a, s.x, a->T.x, r.x, inverse), pti_forced_pdf(a, s.y, a->T.y, r.y, inverse),
-                  pti_forced_pdf(a, s.z, a->T.z, r.z, inverse));
+        r = pt_v3(pti_forced_pdf(s.x, length, a->T.x, r.x, inverse), pti_forced_pdf(s.y, length, a->T.y, r.y, inverse),
+                  pti_forced_pdf(s.z, length, a->T.z, r.z, inverse));
     else if (hit) r = pti_mul(r, s);
     return pt_v3((1 - w) * r.x + e, (1 - w) * r.y + e, (1 - w) * r.z + e);
 }
@@ -4689,7 +4693,7 @@ static pt_vec3 pti_density_at(const pti_flight *f, const pti_volume *v, float t)
     pti_tracker k;
     pti_tracker_begin(&k, f, v, t);
     k.t = t;
-    k.mu = FLT_MAX;
+    k.mu = FLT_MAX;                                      /* nothing is above that */
     return pti_tracker_density(&k);
 }
 /* F_i and P_c up to t, or of a hit at t, over the hero's transmittance, which is never 0 where it has been: *F and *P are
@@ -4875,15 +4879,35 @@ static pt_vec3 pti_glow_at(pti_flight *f, const pti_volume *v, float t, float in
     if (m->glow) e = pti_mul(e, pti_max3(m->glow(m->user, pti_madd(k.span.dir, at, k.span.org)), pt_v3(0, 0, 0)));
     return f->weigh ? pti_mul(e, pti_flight_weight(f, at, NULL, q)) : e;
 }
+/* Where nothing scatters, a path goes on as far as it can, but light fades: in what does not vary, a quarter of the places are
+   drawn evenly, and one as each channel fades (by majorants, it would fade too fast). From u to a place in [0, all]; *over is
+   1 / density. */
+static float pti_glow_place(const pti_medium *m, float all, int strategy, float u, float *over) {
+    float sigma = strategy < 3 ? pti_channel(m->sigma_t, strategy) : 0.0f, pdf = 1 / all, at;
+    int c;
+    *over = all;
+    if (m->scatters || m->varies) return u * all;
+    at = pti_min(pti_forced_sample(sigma, all, pti_exp(-sigma * all), u), all);
+    for (c = 0; c < 3; c++) {
+        sigma = pti_channel(m->sigma_t, c);
+        pdf += pti_forced_pdf(sigma, all, pti_exp(-sigma * all), pti_exp(-sigma * at), 1);
+    }
+    *over = 4 / pdf;
+    return at;
+}
 static pt_vec3 pti_volume_glow(pti_flight *f, const pti_volume *v, float t, pt_vec3 q) {
     const pti_medium *m = v->medium;
-    float most, at, all = pti_majorant_integral(f, v, t, FLT_MAX, &at, &most), u;
+    float most, at, all = pti_majorant_integral(f, v, t, FLT_MAX, &at, &most), u, over;
     pt_vec3 sum = pt_v3(0, 0, 0);
-    int i;
+    uint32_t draw, i;
     if (!(all > 0) || (!m->varies && !m->glow && !f->weigh)) return pti_scale(m->emission, all);
-    u = pti_u01(pti_hash2(pti_flight_draw(f, v), 0x91e10da5u));
-    for (i = 0; i < PTI_GLOWS; i++) sum = pti_add(sum, pti_glow_at(f, v, t, all * (((float)i + u) / PTI_GLOWS), q));
-    return pti_scale(sum, all / PTI_GLOWS);
+    draw = pti_hash2(pti_flight_draw(f, v), 0x91e10da5u);
+    u = pti_u01(draw);
+    for (i = 0; i < PTI_GLOWS; i++) {
+        at = pti_glow_place(m, all, (pti_hash(draw) + 2 * i) & 3, ((float)i + u) / PTI_GLOWS, &over);
+        sum = pti_add(sum, pti_scale(pti_glow_at(f, v, t, at, q), over / PTI_GLOWS));
+    }
+    return sum;
 }
 static pt_vec3 pti_flight_glow(pti_flight *f, float t, pt_vec3 q) {
     pt_vec3 sum = pt_v3(0, 0, 0);
@@ -8085,7 +8109,7 @@ PTI_NOINLINE pt_shape pti_add_placed(pt_scene *s, const char *call, const pt_sce
         || !pti_check_xform(s, call, to ? "from" : "xform", from, &inverse)
         || (to && !pti_check_xform(s, call, "to", to, &unused))) return none;
     flat = to ? pti_flat_time(from, to) : -1.0;
-    if (!pti_check(s, flat < 0, call, "on the way from one transform to the other there is one without an inverse",
+    if (!pti_check(s, flat < 0, call, "on the way from one transform to the other, the time when it is without an inverse",
                    (float)flat)) return none;
     shape = pti_shape_slot(s, PTI_INSTANCE, 1, no_material);
     if (!shape) return none;
@@ -8733,7 +8757,7 @@ static int pti_density_own(pt_scene *s, float share, int (*sample)(void *user, c
     d->user = user;
     return 1;
 }
-/* Lamps in constant media that scatter get a halo, if they are few; the users' densities leave it a share. */
+/* Of places in meshes, 0. */
 static int pti_volume_holds(const pti_volume *v, pt_vec3 p) {
     if (v->in) p = pti_xform_point(&v->in->to_local, p);
     if (v->kind == PTI_IN_BALL) return pti_length(pti_sub(p, v->ball.center)) < v->ball.radius;
@@ -8749,6 +8773,7 @@ static pti_lamp pti_lamp_of(const pti_emitter *e) {
     l.power = e->luminance * pti_emitter_area(e);
     return l;
 }
+/* Lamps in constant media that scatter get a halo, if they are few; the users' densities leave it a share. */
 static int pti_halos_build(pt_scene *s) {                /* 0 when out of memory */
     pti_halos *h = &s->volumes.halos;
     size_t i, k;
@@ -10975,8 +11000,9 @@ PT_DEF void pt_render_cancel(pt_render *r) {
 static void pti_render_warn(pt_render *r, uint64_t exceeded) {
     const pt_logger *l = &r->error.logger;
     if (exceeded && !r->stats.exceeded && l->log)
-        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max, or so far below it, or marched "
-                                       "through in such small steps, that flights do not end; such samples are discarded");
+        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max or density_bound, or so far "
+                                       "below, or marched through in such small steps, that flights do not end; such samples are "
+                                       "discarded");
     r->stats.exceeded += exceeded;
 }
 PT_DEF pt_result pt_render_work(pt_render *r) {
@@ -12344,10 +12370,14 @@ static int pti_grid_header(pti_input *in, pt_grid *out) {
     kind = pti_little32(p + 4);
     x = pti_little32(p + 8); y = pti_little32(p + 12); z = pti_little32(p + 16);
     channels = pti_little32(p + 20);
+    in->at = p + 4;
     if (kind != 1) return pti_refuse(in, "its values are of kind %u, and should be of kind 1, floats", (uint64_t)kind);
+    in->at = p + 20;
     if (channels != 1) return pti_refuse(in, "it has %u channels, and should have 1", (uint64_t)channels);
+    in->at = p + 8;
     if (!pti_grid_fits(x, y, z))
         return pti_refuse(in, "its sizes are %u x %u x %u, and should be 1 to 4096", (uint64_t)x, (uint64_t)y, (uint64_t)z);
+    in->at = p;
     size = PTI_VOL_HEADER + 4 * (uint64_t)x * y * z;
     if (pti_input_left(in) != size)
         return pti_refuse(in, "the file has %u bytes, and should have %u", (uint64_t)pti_input_left(in), size);
@@ -12366,7 +12396,13 @@ static pt_result pti_read_grid(pt_grid *out, const char *name, const void *data,
     out->values = (float *)pti_alloc(&a, n, sizeof(float));
     if (!out->values) return pti_report(out->error, PT_ERR_MEMORY, name, "out of memory");
     in.at += PTI_VOL_HEADER;
-    for (i = 0; i < n; i++, in.at += 4) out->values[i] = pti_little_float(in.at);
+    for (i = 0; i < n; i++, in.at += 4) {
+        out->values[i] = pti_little_float(in.at);
+        if (pti_finite(out->values[i])) continue;
+        pt_grid_free(out);
+        pti_refuse(&in, "value %u of %u is not a finite number", (uint64_t)i + 1, (uint64_t)n);
+        return PT_ERR_FORMAT;
+    }
     return PT_OK;
 }
 PT_DEF pt_result pt_read_grid_memory(pt_grid *out, const void *data, size_t size) {

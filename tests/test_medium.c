@@ -477,6 +477,32 @@ static void glow_of_a_slab(void) {
     }
 }
 
+/* Fog that only absorbs and glows, 300 mean free paths of it, or without an end: epsilon / sigma_a, a channel. */
+static void far_glow_is_seen(void) {
+    static const float want[3] = { 2, 1, 0.5f };
+    int k, i, c;
+    for (k = 0; k < 2; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(0, 0);
+        pt_render_desc v = view(pt_v3(0, 0, k == 0 ? 0.0f : 400.0f), pt_v3(0, 0, -1), 20, 8, 256);
+        stats_moments m[3];
+        float rgb[8 * 8 * 3];
+        test_case(k == 0 ? "everywhere" : "box");
+        memset(m, 0, sizeof m);
+        d.sigma_a = pt_v3(0.25f, 0.5f, 1);
+        d.emission = pt_v3(0.5f, 0.5f, 0.5f);
+        if (k == 0) pt_add_volume(s, everywhere, pt_add_medium(s, &d));
+        else fill_box(s, -300, 300, &d);
+        if (!commit(s) || !render(s, &v, rgb, NULL)) return;
+        for (i = 0; i < 64; i++) for (c = 0; c < 3; c++) stats_push(&m[c], rgb[3 * i + c]);
+        for (c = 0; c < 3; c++) {
+            CHECK_P(stats_t_test(&m[c], want[c]));
+            CHECK(stats_error(&m[c]) < 0.02 * want[c]);
+        }
+        pt_scene_destroy(s);
+    }
+}
+
 /* A ball that glows and absorbs nothing lights what is d below its middle as a point would: epsilon V / d^2. As a ball, as a grid
    with much of nothing about it, as a function with bounds, as an instance. And it is aimed at: noise is small. */
 static float in_ball(void *user, pt_vec3 p) { (void)user; p.y -= 2; return pti_dot(p, p) < 0.09f ? 1.0f : 0.0f; }
@@ -1111,8 +1137,9 @@ static int keep(void *user, const void *data, size_t size) {
     return 0;
 }
 static void grids_in_files(void) {
-    static const struct { int at, value; const char *words; } broken[] = { { 0, 'W', "VOL" }, { 3, 2, "version 3" }, { 4, 3, "kind 3" }, { 20, 3, "3 channels" },
-                                                                           { 8, 0, "0 x 4 x 5" }, { 9, 17, "4355 x 4 x 5" }, { 8, 4, "should have" } };
+    static const struct { int at, value; const char *words; } broken[] = { { 0, 'W', "VOL" }, { 3, 2, "version 3" }, { 4, 3, "byte 4: its values are of kind 3" }, { 20, 3, "byte 20: it has 3 channels" },
+                                                                           { 8, 0, "byte 8: its sizes are 0 x 4 x 5" }, { 9, 17, "4355 x 4 x 5" },
+                                                                           { 8, 4, "should have" }, { 287, 255, "byte 284: value 60 of 60" } };
     pt_grid g, back;
     float values[60];
     bytes b;
@@ -1170,7 +1197,7 @@ void test_medium(void) {
     RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
     RUN(flights_that_must_hit); RUN(fog_without_end_and_flat_boxes); RUN(a_void_is_like_dark_walls);
     RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab); RUN(fire_lights_a_floor);
-    RUN(many_fires_light_a_floor); RUN(marches_glow_as_far_as_they_come);
+    RUN(many_fires_light_a_floor); RUN(marches_glow_as_far_as_they_come); RUN(far_glow_is_seen);
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
     RUN(agrees_on_smoke_a_channel);
     RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds); RUN(agrees_on_droplets); RUN(aureoles_fit_their_density);
