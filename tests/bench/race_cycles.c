@@ -11,8 +11,8 @@
 #include "timing.h"
 
 enum { THREADS = 2 };
-static const char *const names[] = { "cornell", "bunny_sunset", "metal_bunny", "fog", "fog_lamp" }, *const sides[] = { "pt.h", "cycles" };
-enum { SCENES = sizeof names / sizeof *names };
+static const char *const names[] = { "cornell", "bunny_sunset", "metal_bunny", "fog", "fog_lamp" }, *const sides[] = { "pt.h", "nee", "cycles" };
+enum { SCENES = sizeof names / sizeof *names, SIDES = 3, CYCLES = 2 };       /* ours: the mixture, and next-event estimation */
 
 /* A ball in a box of fog, which is even; a lamp above it, or a small one in it. */
 static void fog_box(pt_scene *s, pt_render_desc *d, float size, float y) {
@@ -33,34 +33,40 @@ typedef struct race { const char *out; int size, spp, reference, seed, wall; } r
 
 static size_t numbers(const race *g) { return 3 * (size_t)g->size * (size_t)g->size; }
 
+static int run(const race *g, const pt_scene *s, const pt_render_desc *d, const char *name, const char *side) {
+    char path[1024];
+    double seconds, wall = now();
+    float *rgb = render_copy(s, d, NULL, &seconds);
+    FILE *f = NULL;
+    wall = now() - wall;
+    snprintf(path, sizeof path, "%s/%s_%s_%d.pfm", g->out, name, side, g->seed);
+    if (rgb && pt_write_pfm(path, rgb, g->size, g->size) == PT_OK) {
+        snprintf(path, sizeof path, "%s/seconds.csv", g->out);
+        f = fopen(path, "a");
+    }
+    if (f) fprintf(f, "%s,%s,%d,%.6f,%.6f\n", name, side, g->seed, seconds, wall);
+    free(rgb);
+    return f && !fclose(f);
+}
 static int render(const race *g, const char *name) {
     const sampling_scene *c = NULL;
     int k, fine;
     pt_render_desc d;
     pt_scene *s;
-    char path[1024];
-    float *rgb;
-    double seconds, wall;
-    FILE *f;
     for (k = 0; k < SAMPLING_SCENES; k++) if (!strcmp(name, sampling_scenes[k].name)) c = sampling_scenes + k;
     for (k = 0; k < 2; k++) if (!strcmp(name, fogs[k].name)) c = fogs + k;
     if (!c) { printf("race_cycles: there is no scene %s\n", name); return 0; }
     s = scene_of(c, &d, g->size, g->spp);
     d.seed = (uint64_t)g->seed;
     d.threads = THREADS;
-    if (g->seed == 0) fine = (rgb = reference(name, s, &d, g->reference)) != NULL;
-    else {
-        wall = now();
-        rgb = render_copy(s, &d, NULL, &seconds);
-        wall = now() - wall;
-        snprintf(path, sizeof path, "%s/%s_pt.h_%d.pfm", g->out, name, g->seed);
-        fine = rgb && pt_write_pfm(path, rgb, g->size, g->size) == PT_OK;
-        snprintf(path, sizeof path, "%s/seconds.csv", g->out);
-        f = fine ? fopen(path, "a") : NULL;
-        if (f) fprintf(f, "%s,pt.h,%d,%.6f,%.6f\n", name, g->seed, seconds, wall);
-        fine = f && !fclose(f);
+    if (g->seed == 0) {
+        float *rgb = reference(name, s, &d, g->reference);
+        fine = rgb != NULL;
+        free(rgb);
+    } else for (fine = 1, k = 0; fine && k < CYCLES; k++) {
+        d.integrator = k ? PT_INTEGRATOR_NEE : PT_INTEGRATOR_MIXTURE;
+        fine = run(g, s, &d, name, sides[k]);
     }
-    free(rgb);
     pt_scene_destroy(s);
     return fine;
 }
@@ -98,7 +104,7 @@ static float *results(const race *g, const char *name, int side, result *e) {
     while (f && fgets(line, sizeof line, f)) {
         if (sscanf(line, "%63[^,],%63[^,],%d,%lf,%lf", a, b, &seed, &cpu, &wall) != 5) continue;
         if (strcmp(a, name) || strcmp(b, sides[side])) continue;
-        snprintf(path, sizeof path, "out/reference/%s%s_%dx%d_%d.pfm", name, side ? "_cycles" : "", g->size, g->size, g->reference);
+        snprintf(path, sizeof path, "out/reference/%s%s_%dx%d_%d.pfm", name, side == CYCLES ? "_cycles" : "", g->size, g->size, g->reference);
         if (!r && !(r = picture(g, path))) break;
         snprintf(path, sizeof path, "%s/%s_%s_%d.pfm", g->out, name, sides[side], seed);
         x = picture(g, path);
@@ -136,28 +142,30 @@ static void write_pictures(const race *g, const char *name, const float *ours, c
     free(all);
 }
 static int table(const race *g) {
-    double logs = 0;
-    int k, n = 0;
-    printf("%d x %d pixels, %d samples, %d threads; seconds of the %s; references of %d samples\n", g->size, g->size, g->spp,
-           THREADS, g->wall ? "clock" : "processor", g->reference);
-    printf("%-12s | %8s %14s %10s | %8s %14s %10s | %6s | %s\n", "", "pt.h", "relMSE", "efficiency", "Cycles", "relMSE",
-           "efficiency", "ratio", "means differ");
+    double logs[SIDES] = { 0 };
+    int k, i, n = 0;
+    printf("%d x %d pixels, %d samples, %d threads; seconds of the %s; references of %d samples; ratio: efficiency over Cycles'\n",
+           g->size, g->size, g->spp, THREADS, g->wall ? "clock" : "processor", g->reference);
+    printf("%-12s %-14s %8s %14s %10s %6s  %s\n", "", "", "seconds", "relMSE", "efficiency", "ratio", "mean differs");
     for (k = 0; k < SCENES; k++) {
-        result a, b;
-        float *ours = results(g, names[k], 0, &a), *theirs = results(g, names[k], 1, &b);
-        if (ours && theirs) {
-            double x = 1 / (a.error * a.seconds), y = 1 / (b.error * b.seconds);
-            double difference = mean_of(ours, numbers(g)) / mean_of(theirs, numbers(g)) - 1;
-            printf("%-12s | %7.2fs %8.2e+-%2.0f%% %10.3g | %7.2fs %8.2e+-%2.0f%% %10.3g | %6.2f | %+.2f %%\n", names[k],
-                   a.seconds, a.error, 100 * a.spread, x, b.seconds, b.error, 100 * b.spread, y, x / y, 100 * difference);
-            write_pictures(g, names[k], ours, theirs);
-            logs += log(x / y);
-            n++;
+        result r[SIDES];
+        float *rgb[SIDES];
+        for (i = 0; i < SIDES; i++) rgb[i] = results(g, names[k], i, r + i);
+        for (i = 0; i < SIDES && rgb[0] && rgb[1] && rgb[CYCLES]; i++) {
+            static const char *const what[SIDES] = { "pt.h", "pt.h with NEE", "Cycles" };
+            double ratio = r[CYCLES].error * r[CYCLES].seconds / (r[i].error * r[i].seconds);
+            printf("%-12s %-14s %7.2fs %8.2e+-%2.0f%% %10.3g", i ? "" : names[k], what[i], r[i].seconds, r[i].error,
+                   100 * r[i].spread, 1 / (r[i].error * r[i].seconds));
+            if (i < CYCLES)
+                printf(" %6.2f  %+.2f %%", ratio, 100 * (mean_of(rgb[i], numbers(g)) / mean_of(rgb[CYCLES], numbers(g)) - 1));
+            printf("\n");
+            logs[i] += log(ratio);
+            n += i == 0;
         }
-        free(ours);
-        free(theirs);
+        if (rgb[0] && rgb[CYCLES]) write_pictures(g, names[k], rgb[0], rgb[CYCLES]);
+        for (i = 0; i < SIDES; i++) free(rgb[i]);
     }
-    if (n) printf("geometric mean of the ratios: %.2f\n", exp(logs / n));
+    if (n) printf("geometric mean of the ratios: %.2f, with NEE %.2f\n", exp(logs[0] / n), exp(logs[1] / n));
     return n > 0;
 }
 
