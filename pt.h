@@ -2066,8 +2066,11 @@ static int pti_sphere_hit(const pti_sphere *s, const pti_ray *r, float tmax, flo
     return *t > r->tmin && *t <= tmax;
 }
 
+PTI_INLINE const float *pti_mesh_vertex(const pti_mesh *m, uint32_t vertex) {
+    return (const float *)(const void *)((const char *)m->positions + (size_t)vertex * m->stride);
+}
 PTI_INLINE pt_vec3 pti_mesh_position(const pti_mesh *m, uint32_t vertex) {
-    const float *p = (const float *)(const void *)((const char *)m->positions + (size_t)vertex * m->stride);
+    const float *p = pti_mesh_vertex(m, vertex);
     return pt_v3(p[0], p[1], p[2]);
 }
 static pt_vec3 pti_vec3_at(const float *array, uint32_t i) {
@@ -3099,26 +3102,70 @@ typedef struct pti_refit {
     size_t count, next;
 } pti_refit;
 
+/* A packet's triangles side by side. Lanes without one borrow the first one's, and are NaN again afterwards; so are those of
+   triangles that are flat for now, lest rounding, seen from elsewhere, let rays hit them. */
+typedef struct pti_f4_point { pti_f4 x, y, z; } pti_f4_point;
+PTI_INLINE pti_f4_point pti_refit_corner(const float *const p[PTI_LANES], float row[3][PTI_LANES]) {
+    pti_f4_point v;
+    v.x = pti_f4_of(p[0][0], p[1][0], p[2][0], p[3][0]);
+    v.y = pti_f4_of(p[0][1], p[1][1], p[2][1], p[3][1]);
+    v.z = pti_f4_of(p[0][2], p[1][2], p[2][2], p[3][2]);
+    pti_f4_store(row[0], v.x); pti_f4_store(row[1], v.y); pti_f4_store(row[2], v.z);
+    return v;
+}
+PTI_INLINE pti_f4_point pti_f4_edge(const pti_f4_point *a, const pti_f4_point *b) {
+    pti_f4_point e;
+    e.x = pti_f4_sub(b->x, a->x); e.y = pti_f4_sub(b->y, a->y); e.z = pti_f4_sub(b->z, a->z);
+    return e;
+}
+PTI_INLINE pti_f4 pti_f4_less_abs(pti_f4 a) { return pti_f4_min(a, pti_f4_sub(pti_f4_set(0), a)); }      /* -|a| */
+PTI_INLINE uint32_t pti_refit_flat(const pti_f4_point v[3]) {        /* bit k: (b - a) x (c - a) of the k-th is 0, or NaN */
+    pti_f4_point a = pti_f4_edge(v, v + 1), b = pti_f4_edge(v, v + 2);
+    pti_f4 x = pti_f4_less_abs(pti_f4_sub(pti_f4_mul(a.y, b.z), pti_f4_mul(a.z, b.y)));
+    pti_f4 y = pti_f4_less_abs(pti_f4_sub(pti_f4_mul(a.z, b.x), pti_f4_mul(a.x, b.z)));
+    pti_f4 z = pti_f4_less_abs(pti_f4_sub(pti_f4_mul(a.x, b.y), pti_f4_mul(a.y, b.x)));
+    return (uint32_t)pti_f4_negative(pti_f4_min(x, pti_f4_min(y, z))) ^ 15u;
+}
+static void pti_refit_unset(pti_packet *p, uint32_t lanes) {
+    int corner, axis;
+    for (; lanes; lanes &= lanes - 1)
+        for (corner = 0; corner < 3; corner++)
+            for (axis = 0; axis < 3; axis++) memset(&p->v[corner][axis][pti_lowest_bit(lanes)], 0xff, sizeof(float));
+}
+PTI_INLINE void pti_refit_span(const pti_f4 *a, const pti_f4 *b, const pti_f4 *c, uint32_t flat, float *least, float *most) {
+    float lo[4], hi[4];
+    int k;
+    pti_f4_store(lo, pti_f4_min(*a, pti_f4_min(*b, *c)));
+    pti_f4_store(hi, pti_f4_max(*a, pti_f4_max(*b, *c)));
+    for (k = 0; flat; k++, flat >>= 1) if (flat & 1) { lo[k] = FLT_MAX; hi[k] = -FLT_MAX; }
+    *least = pti_min(pti_min(lo[0], lo[1]), pti_min(lo[2], lo[3]));
+    *most = pti_max(pti_max(hi[0], hi[1]), pti_max(hi[2], hi[3]));
+}
 static pti_bounds pti_refit_packet(const pti_geometry *g, pti_packet *p) {
     const pti_shape *s = g->shapes + pti_find_shape(g, p->prim[0]);
-    pti_box box = pti_box_empty();
-    float lo[4], hi[4];
+    const float *at[3][PTI_LANES];
+    pti_f4_point v[3];
     pti_bounds bounds;
-    int lane, corner;
-    for (lane = 0; lane < PTI_LANES && p->prim[lane] != PTI_NONE; lane++) {
-        pt_vec3 v[3];
-        if (p->prim[lane] - s->first >= s->count) s = g->shapes + pti_find_shape(g, p->prim[lane]);
-        pti_mesh_triangle(&s->as.mesh, p->prim[lane] - s->first, v);
-        if (pti_is_zero3(pti_cross(pti_sub(v[1], v[0]), pti_sub(v[2], v[0]))))
-            memset(v, 0xff, sizeof v);                   /* flat for now: NaN, since rounding, seen from elsewhere, would let rays
-                                                            hit it */
-        for (corner = 0; corner < 3; corner++) {
-            p->v[corner][0][lane] = v[corner].x; p->v[corner][1][lane] = v[corner].y; p->v[corner][2][lane] = v[corner].z;
-            pti_box_add(&box, pti_f4_of(v[corner].x, v[corner].y, v[corner].z, 0));
-        }
+    uint32_t flat, empty = 0;
+    int lane;
+    for (lane = 0; lane < PTI_LANES; lane++) {
+        const pti_mesh *m;
+        uint32_t prim = p->prim[lane];
+        if (prim == PTI_NONE) { empty |= 1u << lane; prim = p->prim[0]; }
+        if (prim - s->first >= s->count) s = g->shapes + pti_find_shape(g, prim);
+        m = &s->as.mesh;
+        at[0][lane] = pti_mesh_vertex(m, pti_mesh_index(m, prim - s->first, 0));
+        at[1][lane] = pti_mesh_vertex(m, pti_mesh_index(m, prim - s->first, 1));
+        at[2][lane] = pti_mesh_vertex(m, pti_mesh_index(m, prim - s->first, 2));
     }
-    pti_f4_store(lo, box.lo); bounds.lo = pt_v3(lo[0], lo[1], lo[2]);
-    pti_f4_store(hi, box.hi); bounds.hi = pt_v3(hi[0], hi[1], hi[2]);
+    v[0] = pti_refit_corner(at[0], p->v[0]);
+    v[1] = pti_refit_corner(at[1], p->v[1]);
+    v[2] = pti_refit_corner(at[2], p->v[2]);
+    flat = pti_refit_flat(v);
+    if (flat | empty) pti_refit_unset(p, flat | empty);
+    pti_refit_span(&v[0].x, &v[1].x, &v[2].x, flat, &bounds.lo.x, &bounds.hi.x);
+    pti_refit_span(&v[0].y, &v[1].y, &v[2].y, flat, &bounds.lo.y, &bounds.hi.y);
+    pti_refit_span(&v[0].z, &v[1].z, &v[2].z, flat, &bounds.lo.z, &bounds.hi.z);
     return bounds;
 }
 /* Where a packet's triangles lie in memory is anyone's guess: so the places are told before any is waited for. */
