@@ -3733,9 +3733,11 @@ static void pti_vertex_fill(const pti_geometry *g, const pti_ray *ray, pti_hit *
     if (in) { in = pti_instance_at(in, ray->time, &moved); g = in->of; }
     if (!hit->shape) hit->shape = pti_find_shape(g, hit->prim) + 1;
     s = g->shapes + (hit->shape - 1);
-    memset(x, 0, sizeof *x);
     x->t = hit->t;
     x->time = ray->time;
+    x->wavelength = 0;
+    x->volume.id = 0;
+    x->tangent = x->dpdu = x->dpdv = pt_v3(0, 0, 0);
     x->wo = pti_neg(fabsf(pti_dot(dir, dir) - 1) < 1e-6f ? dir : pti_normalize(dir));
     x->u = hit->u;
     x->v = hit->v;
@@ -9558,11 +9560,11 @@ static float pti_share_scale(float x) {
 static uint32_t pti_share_coordinate(float x) { return (uint32_t)pti_below(pti_clamp(x, -1e9f, 1e9f)); }
 static uint32_t pti_share_cell(const pti_shares *s, const pt_vertex *x) {
     float scale = pti_share_scale(pti_length(pti_sub(x->p, s->eye))), ax = fabsf(x->ns.x), ay = fabsf(x->ns.y), az = fabsf(x->ns.z);
-    uint32_t face = ax > ay && ax > az ? x->ns.x > 0 : ay > az ? 2 + (x->ns.y > 0) : 4 + (x->ns.z > 0), h;
-    h = pti_hash2(x->material.id, pti_dot(x->ng, x->wo) < 0 ? face + 6 : face);
-    h = pti_hash2(pti_share_coordinate(x->p.x * scale), h);
-    h = pti_hash2(pti_share_coordinate(x->p.y * scale), h);
-    return pti_hash2(pti_share_coordinate(x->p.z * scale), h) % PTI_SHARE_CELLS;
+    uint32_t face = ax > ay && ax > az ? x->ns.x > 0 : ay > az ? 2 + (x->ns.y > 0) : 4 + (x->ns.z > 0);
+    if (pti_dot(x->ng, x->wo) < 0) face += 6;
+    return pti_hash(pti_share_coordinate(x->p.x * scale) * 73856093u ^ pti_share_coordinate(x->p.y * scale) * 19349663u
+                    ^ pti_share_coordinate(x->p.z * scale) * 83492791u ^ (x->material.id * 12 + face) * 0x9e3779b1u)
+           % PTI_SHARE_CELLS;                            /* Teschner et al. 2003 */
 }
 static void pti_mixture_learned(pti_mixture *m, const pti_shares *s) {
     float free_share = 1 - m->users, sum;
