@@ -274,16 +274,18 @@ typedef struct pt_medium_desc {
     int nearest;                                          /* 1 = as voxels, 0 = trilinear between their middles */
     int borrow;                                           /* the caller keeps the grid alive; it is not copied */
     float (*density)(void *user, pt_vec3 p);              /* instead: a function of the place in the scene that the volume
-                                                             was added to. Called from all render threads */
+                                                             was added to; if its bounds are an instance, in the scene
+                                                             that this places. Called from all render threads */
     float density_max;                                    /* which is never above this, 0 to 1e12. Where it is, the sample is
                                                              discarded and counted: see pt_stats */
     float (*density_bound)(void *user, pt_vec3 lo, pt_vec3 hi);    /* NULL, or the most that density may be in a box, 0 to
                                                              density_max; asked at commit, for 32 x 32 x 32 boxes. Where
                                                              there is little, paths then go fast; where it is 0, density
                                                              is not asked at all, and a wrong 0 is not noticed */
-    pt_vec3 (*glow)(void *user, pt_vec3 p);               /* NULL, or multiplies emission */
+    pt_vec3 (*glow)(void *user, pt_vec3 p);               /* NULL, or multiplies emission; p as density's */
     pt_tracking tracking;
-    float step;                                           /* of marches: metres, above 0 */
+    float step;                                           /* of marches: metres, above 0. Where it is longer than a mean free
+                                                             path, each is hit: use a third of one, or less */
     void *user;
 } pt_medium_desc;
 PT_DEF pt_medium pt_add_medium(pt_scene *s, const pt_medium_desc *d);
@@ -338,7 +340,8 @@ typedef struct pt_material_desc {
     pt_vec3    emission;                                  /* radiance */
     int        two_sided;                                 /* emit to both sides; 0 = to the side of the normal */
     pt_measured measured;                                 /* PT_BSDF_MEASURED */
-    pt_medium  inside;                                    /* fills the shapes that bear the material, as pt_add_volume does */
+    pt_medium  inside;                                    /* fills the shapes that bear the material, as pt_add_volume does: a
+                                                             mesh of several materials whole, so they cannot differ in it */
     pt_material a, b;                                     /* PT_BSDF_MIX: (1 - mix) a + mix b. Glass with glass of another
                                                              ior gains or loses light */
     float      mix;
@@ -400,9 +403,10 @@ PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform 
 PT_DEF pt_shape pt_add_moving_instance(pt_scene *s, const pt_scene *of, const pt_xform *from, const pt_xform *to);
 PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m);
 /* Fills a shape with a medium. The shape must be closed, its normals all pointing outwards (or all inwards), and may not cross
-   itself; it may be concave, in several pieces, an instance. (Nothing checks that: of an open one, what lies before a face seen
-   from behind is inside.) Volumes may overlap each other and anything else, and the camera may be inside. Bounds of none:
-   everywhere, then without a density or a march; such fog does not come along with an instance.
+   itself; it may be concave, hollow, in several pieces that do not touch, an instance. (Nothing checks that: of an open one, what
+   lies before a face seen from behind is inside.) Volumes may overlap each other and anything else, and the camera may be inside.
+   Bounds of none: everywhere, then without a density or a march; such fog does not come along with an instance. It goes on
+   for 10^15 m, so that no sky and no sun is seen through it, however thin it is, and what glows there must also absorb.
    A shape whose material is none, or PT_BSDF_NONE without emission, is the medium's bounds and nothing else from then on: no ray
    stops there, pt_intersect does not see it.
    The least noise about small lamps has fog that does not vary, with bounds that are a box, a sphere or none: its particles are
@@ -4111,16 +4115,20 @@ static pt_vec3 pti_texture_mean_on_triangle(const pti_texture *t, const float a[
    Where channels differ, one of them, the hero, decides; each could have been it, with the probability q_c, so the weight of
    channel i is the balance heuristic over all (Wilkie et al. 2014; Miller, Georgiev and Jarosz 2019),
        at a hit in volume k:  sigma_s,k,i F_i / sum_c q_c sigma_t,k,c P_c,       where all pass:  F_i / sum_c q_c P_c.
-   F_i is the channel's transmittance, and P_c the probability of having come that far, products over all volumes; with virtual
-   hits, of their 1 - sigma_t / mu. They are found by flying again, with the same random numbers. q goes as the throughput
-   so far, so the channels' sum never grows. The same holds where each channel has a grid of its own: then mu bounds all three.
-   A medium that only absorbs is never hit: its P is 1, and light fades.
+   F_i is the channel's transmittance, and P_c the probability that c as the hero would have come that far, both products over all
+   volumes. Where there were virtual hits on the way, both are the product of their 1 - sigma_t / mu, of the channel. These hits
+   are found by flying again, in pti_volume_weigh, with the same random numbers and so to the same places. (A march's steps
+   are such hits, too, with 1 / step for mu.) q goes as the throughput so far, so the channels' sum never grows. The same holds
+   where each channel has a grid of its own: then mu bounds all three. A medium that only absorbs is never hit: its P is 1, and
+   light fades. What glows, epsilon a metre, is gathered along the way to where the path got: epsilon F / sum_c q_c P_c at a few
+   places, over their density.
 
    Distances have a mixture, too. Near a small lamp light goes as 1 / r^2, which free flights do not know: bright specks. So in
    constant media some flights are drawn, with the share w, by
        e(t) = sum_k Phi_k / (D_k^2 + (t - t_k)^2) / integral of that,
    lamp k being nearest to the ray at t_k, D_k away (equiangular sampling, Kulla and Fajardo 2012), and Phi_k its power, dimmed
-   by the way to t_k. What stands under q_c for that volume is then, at a hit (in place of sigma_t,k,c P_c), and where it passes,
+   by the way to the volume's place nearest to t_k. What stands under q_c for that volume is then, at a hit (in place of
+   sigma_t,k,c P_c), and where it passes,
        (1 - w) sigma_t,c T_c + w e(t),       (1 - w) T_c + w (1 - E(t)),       E(t) = integral of e up to t.
    And where passing is worth nothing, since behind the one volume all is black, or its light was added already, a flight need not
    pass: then the other share, 1 - w, is drawn from those that hit, sigma_t T / (1 - T(end)) in place of sigma_t T, or evenly, 1
@@ -4346,7 +4354,8 @@ typedef struct pti_flight {                              /* a ray of unit length
     const struct pti_volume *aimed_in;                   /* the volume of `aimed`, or NULL: a box, a ball or everywhere, whose */
     pti_aimed aimed;                                     /* one stretch up to `end` it has */
     int is_aimed;                                        /* is w > 0 there? */
-    int blind;                                           /* there is one volume, and behind it nothing to be seen */
+    int blind;                                           /* there is one volume, and behind it nothing to be seen: who passes
+                                                            brings nothing, so no flight shall */
     int exceeded;                                        /* a density was above its maximum, or the looks ran out */
 } pti_flight;
 
@@ -4539,7 +4548,7 @@ static float pti_aimed_sample(const pti_flight *f, const pti_aimed *a, uint32_t 
 static float pti_forced_sample(float sigma, float length, float T, float u) {
     return sigma * length < PTI_FORCED_THIN ? u * length : -pti_log(1 - u * (1 - T)) / sigma;
 }
-/* Its density, over the hero's T(t), which is 1 / inverse; r: the channel's T(t) over that. */
+/* Its density, over a T(t) which is 1 / inverse; r: the channel's T(t) over that. */
 static float pti_forced_pdf(float sigma, float length, float T, float r, float inverse) {
     return sigma * length < PTI_FORCED_THIN ? inverse / length : sigma * r / (1 - T);
 }
@@ -4555,6 +4564,7 @@ typedef struct pti_tracker {
     pti_span span;
     pt_vec3 org, dir;                                    /* in the unit cube */
     float t, tau, mu;
+    float most;                                          /* what the density may be there */
     float coin;                                          /* a real hit, if below sigma_t / mu */
     pt_rng rng;
     pt_vec3 density;                                     /* at the hit, a channel */
@@ -4571,13 +4581,15 @@ typedef struct pti_tracker {
 PTI_INLINE void pti_tracker_look(pti_tracker *k) {           /* into the cell that it is in */
     k->axis = k->next[0] <= k->next[1] ? (k->next[0] <= k->next[2] ? 0 : 2) : k->next[1] <= k->next[2] ? 1 : 2;
     k->leave = k->next[k->axis];
-    k->mu = k->medium->largest * *k->majorant;
+    k->most = *k->majorant;
+    k->mu = k->medium->largest * k->most;
 }
 static void pti_tracker_enter(pti_tracker *k) {          /* the cell at t */
     const int *cells = k->span.volume->cells;
     int i;
     if (!k->span.volume->majorants) {
-        k->mu = k->medium->largest * (k->medium->varies ? k->medium->density_max : 1.0f);
+        k->most = k->medium->varies ? k->medium->density_max : 1.0f;
+        k->mu = k->medium->largest * k->most;
         k->leave = FLT_MAX;
         return;
     }
@@ -4627,7 +4639,7 @@ static pt_vec3 pti_tracker_density(pti_tracker *k) {
     if (!m->varies) return pt_v3(1, 1, 1);
     if (m->grid) return pti_grid_densities(m, pti_madd(k->dir, k->t, k->org));
     d = m->density(m->user, pti_madd(k->span.dir, k->t, k->span.org));
-    if (!(d <= (k->span.volume->majorants ? k->mu / m->largest : m->density_max) * 1.0001f)) k->exceeded = 1;   /* NaN, too */
+    if (!(d <= k->most * 1.0001f)) k->exceeded = 1;      /* NaN, too */
     d = d > 0 ? d : 0.0f;
     return pt_v3(d, d, d);
 }
@@ -4645,6 +4657,7 @@ static int pti_tracker_march(pti_tracker *k) {
     next = k->span.from + ++k->steps * step;             /* not marched + step: far away, that errs alike each time */
     if (step == k->medium->step && !(next > k->marched)) k->exceeded = 1;      /* too small a step for floats so far away */
     k->marched = step < k->medium->step || !(next > k->marched) ? k->span.to : next;
+    if (k->medium->density) pti_tracker_enter(k);        /* for the bound */
     k->density = pti_tracker_density(k);
     k->mu = 1 / step;
     if (k->medium->tracking == PT_TRACK_MARCH) k->coin = pt_rng_float(&k->rng);
@@ -4725,8 +4738,8 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax) {
     f->exceeded |= k.exceeded;
     return tmax;
 }
-/* What a volume whose distances are aimed, or forced to hit, has under q_c, over the hero's T, as all weights here are: r is T_c
-   over the hero's T, and inverse is 1 over that. */
+/* What a volume whose distances are aimed, or forced to hit, has under q_c, over the T of its clearest channel: r is T_c over that,
+   and inverse is 1 over that. (Where even that one is below e^-80, what comes of the place is nothing to anyone.) */
 static pt_vec3 pti_aimed_density(const pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 r, float inverse) {
     const pti_aimed *a = &f->aimed;
     pt_vec3 s = v->medium->sigma_t;
@@ -4742,14 +4755,14 @@ static pt_vec3 pti_density_at(const pti_flight *f, const pti_volume *v, float t)
     pti_tracker k;
     pti_tracker_begin(&k, f, v, t);
     k.t = t;
-    k.mu = FLT_MAX;                                      /* nothing is above that */
+    k.most = FLT_MAX;                                    /* nothing is above that */
     return pti_tracker_density(&k);
 }
-/* F_i and P_c up to t, or of a hit at t, over the hero's transmittance, which is never 0 where it has been: *F and *P are
-   multiplied. */
+/* *F and *P are multiplied by F_i and P_c up to t, or of a hit at t; both over what may make them vanish together: the
+   transmittance of the clearest channel, or the hero's in what is tracked, where it has been and so is not 0. */
 static void pti_volume_weigh(pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 *F, pt_vec3 *P) {
     const pti_medium *m = v->medium;
-    float length, hero = m->scatters ? pti_channel(m->sigma_t, f->hero) : 0.0f, p;
+    float length, least, p;
     pti_tracker k;
     pt_vec3 r;
     int aims;
@@ -4765,10 +4778,10 @@ static void pti_volume_weigh(pti_flight *f, const pti_volume *v, float t, int hi
     if (!pti_medium_weighs(m) && !aims) return;
     if (!pti_medium_tracked(m)) {
         length = pti_span_length(f, v, t);
-        r = pti_exp3(pt_v3(pti_min((hero - m->sigma_t.x) * length, 80), pti_min((hero - m->sigma_t.y) * length, 80),
-                           pti_min((hero - m->sigma_t.z) * length, 80)));
+        least = m->scatters ? pti_min(m->sigma_t.x, pti_min(m->sigma_t.y, m->sigma_t.z)) : 0.0f;
+        r = pti_exp3(pt_v3((least - m->sigma_t.x) * length, (least - m->sigma_t.y) * length, (least - m->sigma_t.z) * length));
         *F = pti_mul(*F, r);
-        if (aims) *P = pti_mul(*P, pti_aimed_density(f, v, t, hit, r, pti_exp(pti_min(hero * length, 80))));
+        if (aims) *P = pti_mul(*P, pti_aimed_density(f, v, t, hit, r, pti_exp(pti_min(least * length, 80))));
         else if (m->scatters) *P = pti_mul(*P, r);
         return;
     }
@@ -4783,6 +4796,12 @@ static void pti_volume_weigh(pti_flight *f, const pti_volume *v, float t, int hi
         pti_tracker_pass(&k, p);
     }
     f->exceeded |= k.exceeded;
+    if (hit && m->tracking != PT_TRACK_EXACT) {          /* where it stands; no channel hits more than once in a step */
+        r = pti_mul(m->sigma_t, k.density);
+        r = pt_v3(pti_min(k.mu / r.x, 1), pti_min(k.mu / r.y, 1), pti_min(k.mu / r.z, 1));
+        *F = pti_mul(*F, r);
+        *P = pti_mul(*P, r);
+    }
 }
 /* Transmittance, for rays that nothing else is asked of: by ratio tracking where it varies, in the mean (Novak et al. 2014). */
 static pt_vec3 pti_volume_transmittance(pti_flight *f, const pti_volume *v, float t) {
@@ -4884,10 +4903,8 @@ static pt_vec3 pti_flight_transmittance(pti_flight *f, float t) {
    with, times the weight of having come there. Places are drawn as majorants go, so none from where nothing is. (In two fires two
    have 1.4 and 1.7 times the efficiency of one; four and eight gain no more than they cost.) */
 #define PTI_GLOWS 2
-static float pti_majorant_density(const pti_tracker *k) {
-    return k->span.volume->majorants ? *k->majorant : k->medium->varies ? k->medium->density_max : 1.0f;
-}
-/* The integral of majorants up to tmax; where it reaches target before, *at and *most are that place and what stands there. */
+/* The integral of majorants up to tmax; *at and *most are the place where it reaches target, or the last one, and what stands
+   there. */
 static float pti_majorant_integral(const pti_flight *f, const pti_volume *v, float tmax, float target, float *at, float *most) {
     pti_tracker k;
     float sum = 0, end, part;
@@ -4896,7 +4913,8 @@ static float pti_majorant_integral(const pti_flight *f, const pti_volume *v, flo
     while (pti_span_next(&k.span)) {
         for (k.t = k.span.from, pti_tracker_enter(&k); ; pti_tracker_advance(&k)) {
             end = pti_min(k.leave, k.span.to);
-            *most = pti_majorant_density(&k);
+            *most = k.most;
+            *at = end;
             part = *most * pti_max(end - k.t, 0);
             if (sum + part > target) {
                 *at = pti_min(k.t + (target - sum) / *most, end);
@@ -4918,7 +4936,7 @@ static pt_vec3 pti_glow_at(pti_flight *f, const pti_volume *v, float t, float in
     pti_majorant_integral(f, v, t, integral, &at, &most);
     pti_tracker_begin(&k, f, v, t);
     k.t = at;
-    k.mu = FLT_MAX;
+    k.most = FLT_MAX;
     if (m->varies) {
         pt_vec3 d = pti_tracker_density(&k);
         f->exceeded |= k.exceeded;                       /* NaN */
@@ -4928,32 +4946,52 @@ static pt_vec3 pti_glow_at(pti_flight *f, const pti_volume *v, float t, float in
     if (m->glow) e = pti_mul(e, pti_max3(m->glow(m->user, pti_madd(k.span.dir, at, k.span.org)), pt_v3(0, 0, 0)));
     return f->weigh ? pti_mul(e, pti_flight_weight(f, at, NULL, q)) : e;
 }
-/* Where nothing scatters, a path goes on as far as it can, but light fades: in what does not vary, a quarter of the places are
-   drawn evenly, and one as each channel fades (by majorants, it would fade too fast). From u to a place in [0, all]; *over is
-   1 / density. */
-static float pti_glow_place(const pti_medium *m, float all, int strategy, float u, float *over) {
-    float sigma = strategy < 3 ? pti_channel(m->sigma_t, strategy) : 0.0f, pdf = 1 / all, at;
+/* A path goes on as far as chance lets it, or where nothing scatters as far as it can; but light fades, by what is weighed: here,
+   and in fog everywhere. So a quarter of the places are drawn evenly, and one as each channel fades,
+       p(s) = 1/4 (1 / S + sum_c sigma_c e^(-sigma_c s) / (1 - e^(-sigma_c S))),      0 <= s <= S.
+   Where densities vary, majorants fade faster than light does: so deep ones have, for the latter, 1 / (1 + sigma s) over its
+   integral, which leaves each power of two the same. */
+#define PTI_GLOW_DEEP 16.0f                              /* optical depth */
+static pt_vec3 pti_glow_fading(const pti_flight *f, const pti_volume *v) {       /* sigma_c */
+    const pti_volume *all = f->volumes->all;
+    pt_vec3 sigma = pti_medium_weighs(v->medium) ? v->medium->sigma_t : pt_v3(0, 0, 0);
+    size_t i;
+    for (i = 0; i < f->volumes->unbounded; i++)
+        if (all + i != v && pti_medium_weighs(all[i].medium)) sigma = pti_add(sigma, all[i].medium->sigma_t);
+    return sigma;
+}
+/* From u in [0, 1) to a place in [0, all]; *over is 1 / density. */
+static float pti_glow_fade(pt_vec3 sigma, float all, uint32_t strategy, float u, float *over) {
+    float s = strategy < 3 ? pti_channel(sigma, (int)strategy) : 0.0f, pdf = 1 / all, at;
     int c;
-    *over = all;
-    if (m->scatters || m->varies) return u * all;
-    at = pti_min(pti_forced_sample(sigma, all, pti_exp(-sigma * all), u), all);
+    at = pti_min(pti_forced_sample(s, all, pti_exp(-s * all), u), all);
     for (c = 0; c < 3; c++) {
-        sigma = pti_channel(m->sigma_t, c);
-        pdf += pti_forced_pdf(sigma, all, pti_exp(-sigma * all), pti_exp(-sigma * at), 1);
+        s = pti_channel(sigma, c);
+        pdf += pti_forced_pdf(s, all, pti_exp(-s * all), pti_exp(-s * at), 1);
     }
     *over = 4 / pdf;
+    return at;
+}
+static float pti_glow_slow(float sigma, float all, uint32_t strategy, float u, float *over) {
+    float range = pti_log(1 + sigma * all), at = u * all;
+    if (strategy < 2) at = pti_min((pti_exp(u * range) - 1) / sigma, all);
+    *over = 2 / (1 / all + sigma / (range * (1 + sigma * at)));
     return at;
 }
 static pt_vec3 pti_volume_glow(pti_flight *f, const pti_volume *v, float t, pt_vec3 q) {
     const pti_medium *m = v->medium;
     float most, at, all = pti_majorant_integral(f, v, t, FLT_MAX, &at, &most), u, over;
-    pt_vec3 sum = pt_v3(0, 0, 0);
-    uint32_t draw, i;
+    pt_vec3 sum = pt_v3(0, 0, 0), sigma;
+    uint32_t draw, i, strategy;
     if (!(all > 0) || (!m->varies && !m->glow && !f->weigh)) return pti_scale(m->emission, all);
+    sigma = pti_glow_fading(f, v);
     draw = pti_hash2(pti_flight_draw(f, v), 0x91e10da5u);
-    u = pti_u01(draw);
     for (i = 0; i < PTI_GLOWS; i++) {
-        at = pti_glow_place(m, all, (pti_hash(draw) + 2 * i) & 3, ((float)i + u) / PTI_GLOWS, &over);
+        u = ((float)i + pti_u01(draw)) / PTI_GLOWS;
+        strategy = (pti_hash(draw) + 2 * i) & 3;         /* of each place another */
+        at = u * all; over = all;
+        if (!m->varies) at = pti_glow_fade(sigma, all, strategy, u, &over);
+        else if (pti_largest(sigma) * all > PTI_GLOW_DEEP) at = pti_glow_slow(pti_largest(sigma), all, strategy, u, &over);
         sum = pti_add(sum, pti_scale(pti_glow_at(f, v, t, at, q), over / PTI_GLOWS));
     }
     return sum;
@@ -8733,7 +8771,13 @@ static int pti_collect_fillings(pt_scene *s) {
         const pti_shape *shape = s->geometry.shapes + i;
         const uint32_t *ids = shape->kind == PTI_MESH ? shape->as.mesh.materials : NULL;
         medium = s->materials[shape->material].desc.inside.id;
-        for (k = 0; ids && k < shape->count && !medium; k++) medium = s->materials[ids[k]].desc.inside.id;
+        for (k = 0; ids && k < shape->count; k++) {
+            uint32_t inside = s->materials[ids[k]].desc.inside.id;
+            if (inside && medium && inside != medium)
+                return pti_require(s, 0, "pt_scene_commit", "a mesh has materials with different media inside: it is filled with "
+                                                            "one, so make it several meshes");
+            if (inside) medium = inside;
+        }
         if (medium && !pti_filling_add(s, (uint32_t)i + 1, medium)) return 0;
     }
     return 1;

@@ -340,6 +340,28 @@ static void marches_are_as_biased_as_they_say(void) {
 }
 
 
+/* Bounds of densities are bounds for marches, too. */
+static float half_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; (void)hi; return 0.5f; }
+static float half_dense(void *user, pt_vec3 p) { (void)user; (void)p; return 0.5f; }
+static void marches_keep_bounds(void) {
+    int way, k;
+    for (way = 0; way < 2; way++) for (k = 0; k < 2; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(0.5f, 1.5f);
+        flown f;
+        test_case("march %d, %s", way, k ? "above its bound" : "within");
+        d.tracking = way ? PT_TRACK_MARCH_CDF : PT_TRACK_MARCH;
+        d.step = 0.1000001f;
+        d.density = k ? ramp : half_dense; d.density_max = 1; d.density_bound = half_bound;
+        fill_box(s, 0, 1, &d);
+        if (!commit(s)) return;
+        fly(s, pt_v3(-1, 0.5f, 0.5f), pt_v3(1, 0, 0), 100, 100000, &f);
+        if (k) CHECK(f.wrong);
+        else { CHECK(!f.wrong); CHECK_P(stats_count_test(f.passed, f.n, pow(0.9, 10))); }
+        pt_scene_destroy(s);
+    }
+}
+
 /* ---- furnaces, and what is known of scattering in depth ---- */
 
 /* A lossless box under a white sky is white, whatever scatters in it how; from outside, and from inside. */
@@ -347,9 +369,9 @@ static void furnaces_are_white(void) {
     static const float grid[24] = { 0, 3, 1, 0.2f, 2, 0, 0.5f, 1,  1, 1, 0, 0, 3, 2, 0.1f, 0,  0, 0, 0, 2, 0, 1, 2, 0.3f };
     static const char *names[] = { "isotropic", "forwards", "backwards", "Rayleigh", "droplets", "user's", "grid", "function",
                                    "chromatic", "chromatic grid", "no red", "two", "march", "two lobes", "Draine", "droplets of 50",
-                                   "a grid a channel", "chromatic march", "two chromatic marches" };
+                                   "a grid a channel", "chromatic march", "two chromatic marches", "chromatic march of long steps" };
     int k, inside;
-    for (k = 0; k < 19; k++) for (inside = 0; inside < 2; inside++) {
+    for (k = 0; k < 20; k++) for (inside = 0; inside < 2; inside++) {
         int colored = (k >= 8 && k < 12) || k >= 16;
         pt_scene *s = pt_scene_create(NULL);
         pt_medium_desc d = grey_medium(0, 2), e = grey_medium(0, 1);
@@ -376,6 +398,7 @@ static void furnaces_are_white(void) {
         if (k == 15) { d.phase = PT_PHASE_DROPLETS; d.droplet_um = 50; }
         if (k == 16) { d.grid = grid; d.nx = d.ny = d.nz = 2; d.grid_channels = 3; }
         if (k >= 17) { d.sigma_s = pt_v3(0.5f, 2, 6); d.tracking = PT_TRACK_MARCH_CDF; d.step = 0.1f; }
+        if (k == 19) d.step = 0.3f;                      /* some channels hit in each step */
         if (k == 18) { d.tracking = e.tracking = PT_TRACK_MARCH; e.sigma_s = pt_v3(2, 0.5f, 1); e.step = 0.07f; }
         fill_box(s, -1, 1, &d);
         if (k == 11 || k == 18) pt_add_volume(s, pt_add_sphere(s, pt_v3(0.5f, 0, 0), 1, no_material), pt_add_medium(s, &e));
@@ -477,28 +500,75 @@ static void glow_of_a_slab(void) {
     }
 }
 
-/* Fog that only absorbs and glows, 300 mean free paths of it, or without an end: epsilon / sigma_a, a channel. */
+/* What glows far off, 300 mean free paths of it or without an end, in light that fades: epsilon / sigma, a channel. By itself; in
+   dark fog; with a channel that meets nothing; on a grid. */
 static void far_glow_is_seen(void) {
-    static const float want[3] = { 2, 1, 0.5f };
+    static const char *names[] = { "everywhere", "box", "in dark fog", "a clear channel", "grid" };
+    static const float one[1] = { 1 };
     int k, i, c;
-    for (k = 0; k < 2; k++) {
+    for (k = 0; k < 5; k++) {
         pt_scene *s = pt_scene_create(NULL);
-        pt_medium_desc d = grey_medium(0, 0);
-        pt_render_desc v = view(pt_v3(0, 0, k == 0 ? 0.0f : 400.0f), pt_v3(0, 0, -1), 20, 8, 256);
+        pt_medium_desc d = grey_medium(0, 0), dark = grey_medium(0.25f, 0);
+        pt_render_desc v = view(pt_v3(0, 0, k == 1 || k == 4 ? 400.0f : 0.0f), pt_v3(0, 0, -1), 20, 16, 256);
+        float want[3] = { 2, 1, 0.5f };
         stats_moments m[3];
-        float rgb[8 * 8 * 3];
-        test_case(k == 0 ? "everywhere" : "box");
+        static float rgb[16 * 16 * 3];
+        test_case(names[k]);
         memset(m, 0, sizeof m);
         d.sigma_a = pt_v3(0.25f, 0.5f, 1);
         d.emission = pt_v3(0.5f, 0.5f, 0.5f);
-        if (k == 0) pt_add_volume(s, everywhere, pt_add_medium(s, &d));
-        else fill_box(s, -300, 300, &d);
+        if (k == 2) { d.sigma_a = pt_v3(0, 0, 0); want[1] = want[2] = 2; }
+        if (k == 3) {                                    /* a furnace, but for red: sigma_a = epsilon */
+            d.sigma_a = d.emission = pt_v3(0, 0.1f, 0.1f);
+            d.sigma_s = pt_v3(0, 0.02f, 0.02f);
+            want[0] = 0; want[1] = want[2] = 1;
+        }
+        if (k == 4) { d.grid = one; d.nx = d.ny = d.nz = 1; }
+        if (k == 1 || k == 4) fill_box(s, -300, 300, &d); else pt_add_volume(s, everywhere, pt_add_medium(s, &d));
+        if (k == 2) pt_add_volume(s, everywhere, pt_add_medium(s, &dark));
         if (!commit(s) || !render(s, &v, rgb, NULL)) return;
-        for (i = 0; i < 64; i++) for (c = 0; c < 3; c++) stats_push(&m[c], rgb[3 * i + c]);
+        for (i = 0; i < 256; i++) for (c = 0; c < 3; c++) stats_push(&m[c], rgb[3 * i + c]);
         for (c = 0; c < 3; c++) {
+            if (want[c] == 0) { CHECK(m[c].mean == 0); continue; }
             CHECK_P(stats_t_test(&m[c], want[c]));
             CHECK(stats_error(&m[c]) < 0.02 * want[c]);
         }
+        pt_scene_destroy(s);
+    }
+}
+
+/* Beside a lamp, in fog through which blue comes nowhere: what scatters once, by quadrature. */
+static void lamp_in_fog_deep_for_blue(void) {
+    static const float blue[3] = { 3, 12, 40 };
+    int k, i, c;
+    for (k = 0; k < 3; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc m = grey_medium(0, 0);
+        pt_light_desc l;
+        pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(1, 0, -10), 0.01f, 8, 1024);
+        double sigma[3] = { 0.3, 0.1, 0 }, end, dx = 1 / sqrt(101.0), dz = -10 / sqrt(101.0), t, x, z, r, want[3] = { 0, 0, 0 };
+        stats_moments got[3];
+        float rgb[8 * 8 * 3];
+        test_case("blue %g", blue[k]);
+        memset(&l, 0, sizeof l);
+        memset(got, 0, sizeof got);
+        sigma[2] = blue[k];
+        m.sigma_s = pt_v3(0.3f, 0.1f, blue[k]);
+        l.kind = PT_LIGHT_POINT; l.position = pt_v3(0, 0, -10); l.radius = 0.05f; l.color = pt_v3(100, 100, 100);
+        pt_add_volume(s, pt_add_sphere(s, pt_v3(0, 0, -5), 8, no_material), pt_add_medium(s, &m));
+        pt_add_light(s, &l);
+        d.max_depth = 1;
+        if (!commit(s) || !render(s, &d, rgb, NULL)) return;
+        end = -5 * dz + sqrt(25 * dz * dz - 25 + 64);
+        for (i = 0; i < 100000; i++) {
+            t = (i + 0.5) * 1e-5 * end; x = dx * t; z = dz * t + 10;
+            r = sqrt(x * x + z * z);
+            for (c = 0; c < 3; c++)
+                want[c] += 1e-5 * end * sigma[c] * exp(-sigma[c] * (t + r)) / (4 * STATS_PI) * 100 / (4 * STATS_PI * r * r);
+        }
+        for (i = 0; i < 64; i++) for (c = 0; c < 3; c++) stats_push(&got[c], rgb[3 * i + c]);
+        for (c = 0; c < 2; c++) { CHECK_P(stats_t_test(&got[c], want[c])); CHECK(stats_error(&got[c]) < 0.02 * want[c]); }
+        CHECK(got[2].mean < 1e-6);
         pt_scene_destroy(s);
     }
 }
@@ -1172,6 +1242,35 @@ static void grids_in_files(void) {
     CHECK_EQ_INT(pt_write_grid_to(&w, NULL), PT_ERR_ARG);
 }
 
+/* A mesh is filled with one medium, whichever of its materials names it. */
+static void a_mesh_has_one_inside(void) {
+    static const uint32_t index[6] = { 0, 1, 2, 0, 2, 3 }, ids[2] = { 0, 1 };
+    static const float p[12] = { 0, 0, 0,  1, 0, 0,  1, 1, 0,  0, 1, 0 };
+    int k;
+    for (k = 0; k < 3; k++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc m = grey_medium(1, 0);
+        pt_medium a = pt_add_medium(s, &m), b = pt_add_medium(s, &m);
+        pt_material_desc d;
+        pt_material two[2];
+        pt_mesh_desc mesh;
+        memset(&d, 0, sizeof d);
+        memset(&mesh, 0, sizeof mesh);
+        d.bsdf = PT_BSDF_DIELECTRIC;
+        if (k) d.inside = a;
+        two[0] = pt_add_material(s, &d);
+        d.inside = k == 2 ? b : a;
+        two[1] = pt_add_material(s, &d);
+        mesh.positions = p; mesh.vertex_count = 4; mesh.indices = index; mesh.index_count = 6;
+        mesh.materials = two; mesh.material_count = 2; mesh.material_ids = ids;
+        pt_add_mesh(s, &mesh);
+        test_case("%d", k);
+        CHECK_EQ_INT(pt_scene_commit(s), k == 2 ? PT_ERR_ARG : PT_OK);
+        CHECK((strstr(pt_scene_error(s), "different media inside") != NULL) == (k == 2));
+        pt_scene_destroy(s);
+    }
+}
+
 /* More volumes than are looked at one by one, some of which fill what is empty: they are nowhere. */
 static void volumes_in_empty_instances(void) {
     pt_xform turned = {{ 0.7f,-0.7f,0,0,  0.7f,0.7f,0,0,  0,0,1,0 }};
@@ -1196,8 +1295,8 @@ void test_medium(void) {
     RUN(transmittance_of_a_box); RUN(transmittance_of_a_grid); RUN(majorants_hold); RUN(bounds_of_all_kinds); RUN(overlapping_volumes_add_up);
     RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
     RUN(flights_that_must_hit); RUN(fog_without_end_and_flat_boxes); RUN(a_void_is_like_dark_walls);
-    RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab); RUN(fire_lights_a_floor);
-    RUN(many_fires_light_a_floor); RUN(marches_glow_as_far_as_they_come); RUN(far_glow_is_seen);
+    RUN(marches_keep_bounds); RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab); RUN(fire_lights_a_floor);
+    RUN(many_fires_light_a_floor); RUN(marches_glow_as_far_as_they_come); RUN(far_glow_is_seen); RUN(a_mesh_has_one_inside); RUN(lamp_in_fog_deep_for_blue);
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
     RUN(agrees_on_smoke_a_channel);
     RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds); RUN(agrees_on_droplets); RUN(aureoles_fit_their_density);
