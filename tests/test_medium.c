@@ -554,7 +554,7 @@ static void lamp_in_fog_deep_for_blue(void) {
         memset(got, 0, sizeof got);
         sigma[2] = blue[k];
         m.sigma_s = pt_v3(0.3f, 0.1f, blue[k]);
-        l.kind = PT_LIGHT_POINT; l.position = pt_v3(0, 0, -10); l.radius = 0.05f; l.color = pt_v3(100, 100, 100);
+        l.kind = PT_LIGHT_POINT; l.position = pt_v3(0, 0, -10); l.radius = 0.005f; l.color = pt_v3(100, 100, 100);
         pt_add_volume(s, pt_add_sphere(s, pt_v3(0, 0, -5), 8, no_material), pt_add_medium(s, &m));
         pt_add_light(s, &l);
         d.max_depth = 1;
