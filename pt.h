@@ -4638,6 +4638,7 @@ static pt_vec3 pti_tracker_density(pti_tracker *k) {
     float d;
     if (!m->varies) return pt_v3(1, 1, 1);
     if (m->grid) return pti_grid_densities(m, pti_madd(k->dir, k->t, k->org));
+    if (!(k->most > 0)) return pt_v3(0, 0, 0);
     d = m->density(m->user, pti_madd(k->span.dir, k->t, k->span.org));
     if (!(d <= k->most * 1.0001f)) k->exceeded = 1;      /* NaN, too */
     d = d > 0 ? d : 0.0f;
@@ -4937,6 +4938,7 @@ static pt_vec3 pti_glow_at(pti_flight *f, const pti_volume *v, float t, float in
     pti_tracker_begin(&k, f, v, t);
     k.t = at;
     k.most = FLT_MAX;
+    if (!(most > 0)) return pt_v3(0, 0, 0);              /* the very end */
     if (m->varies) {
         pt_vec3 d = pti_tracker_density(&k);
         f->exceeded |= k.exceeded;                       /* NaN */
@@ -8770,7 +8772,7 @@ static int pti_collect_fillings(pt_scene *s) {
     for (i = 0; i < s->geometry.shape_count; i++) {
         const pti_shape *shape = s->geometry.shapes + i;
         const uint32_t *ids = shape->kind == PTI_MESH ? shape->as.mesh.materials : NULL;
-        medium = s->materials[shape->material].desc.inside.id;
+        medium = ids ? 0 : s->materials[shape->material].desc.inside.id;
         for (k = 0; ids && k < shape->count; k++) {
             uint32_t inside = s->materials[ids[k]].desc.inside.id;
             if (inside && medium && inside != medium)
@@ -9606,9 +9608,9 @@ static uint32_t pti_share_cell(const pti_shares *s, const pt_vertex *x) {
     float scale = pti_share_scale(pti_length(pti_sub(x->p, s->eye))), ax = fabsf(x->ns.x), ay = fabsf(x->ns.y), az = fabsf(x->ns.z);
     uint32_t face = ax > ay && ax > az ? x->ns.x > 0 : ay > az ? 2 + (x->ns.y > 0) : 4 + (x->ns.z > 0);
     if (pti_dot(x->ng, x->wo) < 0) face += 6;
-    return pti_hash(pti_share_coordinate(x->p.x * scale) * 73856093u ^ pti_share_coordinate(x->p.y * scale) * 19349663u
-                    ^ pti_share_coordinate(x->p.z * scale) * 83492791u ^ (x->material.id * 12 + face) * 0x9e3779b1u)
-           % PTI_SHARE_CELLS;                            /* Teschner et al. 2003 */
+    return pti_hash(pti_share_coordinate(x->p.x * scale) * 73856093u + pti_share_coordinate(x->p.y * scale) * 19349663u
+                    + pti_share_coordinate(x->p.z * scale) * 83492791u + (x->material.id * 12 + face) * 0x9e3779b1u)
+           % PTI_SHARE_CELLS;                            /* primes: Teschner et al. 2003; not their XOR, to which -x -y is x y */
 }
 static void pti_mixture_learned(pti_mixture *m, const pti_shares *s) {
     float free_share = 1 - m->users, sum;

@@ -1244,10 +1244,10 @@ static void grids_in_files(void) {
 
 /* A mesh is filled with one medium, whichever of its materials names it. */
 static void a_mesh_has_one_inside(void) {
-    static const uint32_t index[6] = { 0, 1, 2, 0, 2, 3 }, ids[2] = { 0, 1 };
+    static const uint32_t index[6] = { 0, 1, 2, 0, 2, 3 }, both[2] = { 0, 1 }, second[2] = { 1, 1 };
     static const float p[12] = { 0, 0, 0,  1, 0, 0,  1, 1, 0,  0, 1, 0 };
     int k;
-    for (k = 0; k < 3; k++) {
+    for (k = 0; k < 4; k++) {
         pt_scene *s = pt_scene_create(NULL);
         pt_medium_desc m = grey_medium(1, 0);
         pt_medium a = pt_add_medium(s, &m), b = pt_add_medium(s, &m);
@@ -1259,10 +1259,10 @@ static void a_mesh_has_one_inside(void) {
         d.bsdf = PT_BSDF_DIELECTRIC;
         if (k) d.inside = a;
         two[0] = pt_add_material(s, &d);
-        d.inside = k == 2 ? b : a;
+        d.inside = k >= 2 ? b : a;
         two[1] = pt_add_material(s, &d);
         mesh.positions = p; mesh.vertex_count = 4; mesh.indices = index; mesh.index_count = 6;
-        mesh.materials = two; mesh.material_count = 2; mesh.material_ids = ids;
+        mesh.materials = two; mesh.material_count = 2; mesh.material_ids = k == 3 ? second : both;
         pt_add_mesh(s, &mesh);
         test_case("%d", k);
         CHECK_EQ_INT(pt_scene_commit(s), k == 2 ? PT_ERR_ARG : PT_OK);
