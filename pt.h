@@ -173,7 +173,9 @@ typedef struct pt_vertex {
     uint32_t prim;                                        /* triangle within its mesh; 0 elsewhere */
     pt_shape shape, instance;                             /* instance: none outside one */
     pt_material material;                                 /* of the scene that owns the shape */
-    pt_volume volume;                                     /* at a particle: which one it is in; none on surfaces */
+    pt_volume volume;                                     /* at a particle: which one it is in, of the instance's scene, if
+                                                             there is one; those that materials fill come after those of
+                                                             pt_add_volume. None on surfaces */
     float error;                                          /* bound on p's distance from the surface; a next ray starts
                                                              that much above it */
 } pt_vertex;
@@ -254,7 +256,10 @@ typedef enum pt_tracking {                                /* how a hit is found 
                                                              steps, 5.2 % are missing, of that through 3, 43 % */
 } pt_tracking;
 typedef struct pt_medium_desc {
-    pt_vec3 sigma_a, sigma_s;                             /* 1/m, 0 to 1e12 */
+    pt_vec3 sigma_a, sigma_s;                             /* 1/m, 0 to 1e12. Paths start a few millionths of the coordinates'
+                                                             size off a wall; where a mean free path is not far longer, light
+                                                             is lost there: at 10 m from the origin, 2 % of what a glass ball
+                                                             sends back whose free paths are 0.1 mm */
     pt_vec3 emission;                                     /* radiance a metre, 0 to 1e12 */
     pt_phase phase;
     float g, g2;                                          /* mean cosines, -0.99 to 0.99: 0 = all round alike, above: forwards */
@@ -406,7 +411,9 @@ PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *u
    itself; it may be concave, hollow, in several pieces that do not touch, an instance. (Nothing checks that: of an open one, what
    lies before a face seen from behind is inside.) Volumes may overlap each other and anything else, and the camera may be inside.
    Bounds of none: everywhere, then without a density or a march; such fog does not come along with an instance. It goes on
-   for 10^15 m, so that no sky and no sun is seen through it, however thin it is, and what glows there must also absorb.
+   for 10^15 m, so that no sky and no sun is seen through it, however thin it is; where rays can leave, what glows there must also
+   absorb, else it is infinitely bright, and samples are discarded; and where it absorbs nothing, paths go on and on: a box that is
+   large enough spares them that.
    A shape whose material is none, or PT_BSDF_NONE without emission, is the medium's bounds and nothing else from then on: no ray
    stops there, pt_intersect does not see it.
    The least noise about small lamps has fog that does not vary, with bounds that are a box, a sphere or none: its particles are
@@ -660,7 +667,7 @@ PT_DEF void      pt_merl_free(pt_merl *merl);
 
 /* Densities on a grid, read from a file or to be written to one: Mitsuba's VOL files of one channel of floats, 48 bytes and the
    values, which fit pt_medium_desc. Start from zero, or with an allocator set; free with pt_grid_free what was read, also after
-   an error. Writing looks at what stands before the allocator. */
+   an error. Writing looks at what stands before the allocator; what is not finite is refused, as in reading. */
 typedef struct pt_grid {
     int nx, ny, nz;                                       /* 1 to 4096 each */
     float *values;                                        /* of (x, y, z) at values + (z ny + y) nx + x */
@@ -4302,6 +4309,7 @@ typedef struct pti_volume {
     float outwards;                                      /* -1: its normals point inwards */
     const float *majorants;  int cells[3];               /* of density, over the unit cube; NULL: density_max everywhere */
     int owns_bounds, owns_majorants;
+    uint32_t id, instance;                               /* for users: the filling's number in its scene; what places it */
 } pti_volume;
 #define PTI_HALOS 4                                      /* with five lamps and more, they cost more time than they save noise */
 #define PTI_HALO_SHARE 0.4f                              /* of the mixture, at most */
@@ -7383,7 +7391,7 @@ static void pti_volumes_free(pti_volumes *v, const pt_allocator *a) {
         if (!one->owns_bounds) continue;
         g = (pti_geometry *)(uintptr_t)one->bounds;
         pti_bvh_free(&g->bvh, a);
-        pti_free(a, g->shapes, 1, sizeof(pti_shape));
+        pti_free(a, g->shapes, g->shape_capacity, sizeof(pti_shape));
         pti_free(a, g, 1, sizeof *g);
     }
     pti_bvh_free(&v->tree.bvh, a);
@@ -8642,20 +8650,28 @@ static double pti_geometry_volume(const pti_geometry *g) {
         }
     return sum;
 }
-/* A tree of the shape's own, whether rays meet it or not. */
-static int pti_volume_take_shape(pti_volume *v, const pti_shape *shape, const pt_allocator *a) {        /* 0 when out of memory */
+/* A tree of the volume's own over such shapes, whether rays meet them or not. */
+static int pti_volume_take(pti_volume *v, const pti_shape *shapes, size_t count, const pt_allocator *a) {    /* 0: out of memory */
     pti_geometry *g = (pti_geometry *)pti_alloc(a, 1, sizeof *g);
+    size_t i;
     if (!g) return 0;
     v->bounds = g;
     v->owns_bounds = 1;
-    g->shapes = (pti_shape *)pti_alloc(a, 1, sizeof *shape);
+    g->shapes = (pti_shape *)pti_alloc(a, count, sizeof *shapes);
     if (!g->shapes) return 0;
-    g->shape_count = g->shape_capacity = 1;
-    g->shapes[0] = *shape;
-    g->shapes[0].first = 0;
-    g->shapes[0].bounds_only = 0;
-    g->prim_count = shape->count;
+    g->shape_count = g->shape_capacity = count;
+    for (i = 0; i < count; i++) {
+        g->shapes[i] = shapes[i];
+        g->shapes[i].first = g->prim_count;
+        g->shapes[i].bounds_only = 0;
+        g->prim_count += shapes[i].count;
+    }
     return pti_bvh_build(g, a, PT_QUALITY_DEFAULT, 1);
+}
+static int pti_geometry_hides(const pti_geometry *g) {   /* bounds of volumes from rays */
+    size_t i;
+    for (i = 0; i < g->shape_count; i++) if (g->shapes[i].bounds_only) return 1;
+    return 0;
 }
 static int pti_volume_bound(pti_volume *v, const pti_shape *shape, const pt_allocator *a) {    /* 0 when out of memory */
     pti_bounds b;
@@ -8680,8 +8696,9 @@ static int pti_volume_bound(pti_volume *v, const pti_shape *shape, const pt_allo
         if (shape->kind == PTI_INSTANCE) {
             v->in = &shape->as.instance;
             v->bounds = v->in->of;
+            if (pti_geometry_hides(v->in->of) && !pti_volume_take(v, v->in->of->shapes, v->in->of->shape_count, a)) return 0;
             v->box = v->bounds->bvh.bounds;
-        } else if (!pti_volume_take_shape(v, shape, a)) return 0;
+        } else if (!pti_volume_take(v, shape, 1, a)) return 0;
         if (pti_geometry_volume(v->bounds) < 0) v->outwards = -1;
     }
     v->to_unit = pti_unit_of_box(&v->box);
@@ -8727,6 +8744,7 @@ static int pti_volume_add(pt_scene *s, const pti_filling *f) {       /* 0: an er
     if (!v) return 0;
     v->medium = m;
     v->scatterer = s->particles + (f->medium - 1);
+    v->id = (uint32_t)(f - s->fillings) + 1;
     v->to_unit = pti_xform_or_identity(NULL);
     if (!shape) return 1;
     if (!pti_volume_bound(v, shape, &s->allocator)) return 0;
@@ -8736,7 +8754,8 @@ static int pti_volume_add(pt_scene *s, const pti_filling *f) {       /* 0: an er
     return !m->density_bound || pti_volume_ask_bounds(s, v, m);
 }
 /* Those of placed scenes; fog that is everywhere in them does not come along. */
-static int pti_volumes_place(pt_scene *s, const pti_instance *in) {
+static int pti_volumes_place(pt_scene *s, uint32_t shape) {
+    const pti_instance *in = &s->geometry.shapes[shape].as.instance;
     const pti_volumes *of = &in->scene->volumes;
     size_t i;
     for (i = of->unbounded; i < of->count; i++) {
@@ -8745,6 +8764,7 @@ static int pti_volumes_place(pt_scene *s, const pti_instance *in) {
         *v = of->all[i];
         v->owns_bounds = v->owns_majorants = 0;
         v->in = in;
+        v->instance = shape + 1;
     }
     return 1;
 }
@@ -8826,7 +8846,7 @@ static int pti_volumes_build(pt_scene *s) {              /* 0: an error, or out 
     v->unbounded = v->count;
     for (i = 0; i < s->filling_count; i++) if (s->fillings[i].shape && !pti_volume_add(s, s->fillings + i)) return 0;
     for (i = 0; i < s->geometry.shape_count; i++)
-        if (s->geometry.shapes[i].kind == PTI_INSTANCE && !pti_volumes_place(s, &s->geometry.shapes[i].as.instance)) return 0;
+        if (s->geometry.shapes[i].kind == PTI_INSTANCE && !pti_volumes_place(s, (uint32_t)i)) return 0;
     for (i = 0; i < v->count; i++) {
         const pti_medium *m = v->all[i].medium;
         v->weigh |= pti_medium_weighs(m);
@@ -9009,7 +9029,8 @@ static int pti_fires_build(pt_scene *s) {                /* 0 when out of memory
    is wide: a particle draws some directions by that function about the sun, and the next one finds the sun itself. */
 #define PTI_AUREOLE_SHARE 0.25f                          /* of the mixture, at most */
 static const pti_phase *pti_aureole_at(const pt_scene *s, const pt_vertex *x) {         /* NULL: none here */
-    const pti_phase *p = x->volume.id ? &s->volumes.all[x->volume.id - 1].medium->phase : NULL;
+    const pt_scene *of = x->instance.id ? s->geometry.shapes[x->instance.id - 1].as.instance.scene : s;
+    const pti_phase *p = x->volume.id ? &of->media[of->fillings[x->volume.id - 1].medium - 1].phase : NULL;
     return p && !p->pdf && (p->g > 0.5f || (p->mix > 0 && p->g2 > 0.5f)) ? p : NULL;
 }
 static float pti_aureole_pdf(void *user, const pt_vertex *x, pt_vec3 wi) {
@@ -9195,7 +9216,11 @@ PT_DEF size_t pt_occluded_all(const pt_scene *s, const pt_ray *rays, size_t coun
    may have come through; weights are found by expectation maximisation (Dempster, Laird and Rubin 1977),
        r_k = w_k p_k(wi) / sum_j w_j p_j(wi),    w_k  <-  sum v r_k / sum v,
    the other parts of the mixture, BSDF, lights and environment, being three more j: so windows are left with what those
-   do not find, and each cell has its shares of the mixture, too. */
+   do not find, and each cell has its shares of the mixture, too.
+   A cell is half of a larger one, and so on up to all that looks one way. It begins with what the larger one has learned, and
+   takes that for the word of m more records than its own n (a Dirichlet prior):
+       w_k  <-  (n sum v r_k / sum v + m w'_k) / (n + m).
+   Else few records of very different v are learned by heart: on a door ajar that cost two to three times the variance. */
 #define PTI_GUIDE_FACES 6                                /* main directions that surfaces look along */
 #define PTI_GUIDE_GRID 16                                /* cubes along the longest side of what was seen */
 #define PTI_GUIDE_CUBES (PTI_GUIDE_GRID * PTI_GUIDE_GRID * PTI_GUIDE_GRID)
@@ -9205,9 +9230,11 @@ PT_DEF size_t pt_occluded_all(const pt_scene *s, const pt_ray *rays, size_t coun
 #define PTI_GUIDE_LIGHTEST 0.0005f                       /* what weighs less is noise */
 #define PTI_GUIDE_LEAST 0.02f                            /* a cell whose windows weigh less in all has none */
 #ifndef PTI_GUIDE_WORTH                                  /* tests guide where it is worth nothing */
-#define PTI_GUIDE_WORTH 0.22f                            /* windows that weigh less in the whole scene are not worth their cost */
+#define PTI_GUIDE_WORTH 0.15f                            /* windows that weigh less in the whole scene are not worth their cost */
 #endif
-#define PTI_GUIDE_CELL 512                               /* records, for it to be divided when it has twice as many */
+#define PTI_GUIDE_CELL 256                               /* records, for it to be divided when it has twice as many */
+#define PTI_GUIDE_LEVELS 16                              /* of cells in cells */
+#define PTI_GUIDE_PRIOR 1024                             /* m */
 #define PTI_GUIDE_FEW 32                                 /* too few records to learn from */
 #define PTI_GUIDE_STEPS 8                                /* of expectation maximisation */
 #define PTI_GUIDE_BRIGHT 200                             /* v counts for up to so many times its mean */
@@ -9229,11 +9256,13 @@ typedef struct pti_guide_record {
     float distance, value, part[PTI_PARTS];              /* value: v; part: the other parts' densities of wi */
     uint32_t face;
 } pti_guide_record;
+typedef struct pti_guide_weights { float cube[PTI_GUIDE_CUBES]; double part[PTI_PARTS]; } pti_guide_weights;
 typedef struct pti_guide {
     pti_guide_cell *cells;                               /* the first six: one a face */
     pti_guide_pane *panes;
     pti_guide_record *records;
-    float *cubes, *sums;                                 /* weights of all cubes, while a cell learns */
+    pti_guide_weights *weights;                          /* while cells learn: of the one at each level */
+    float *sums;                                         /* of cubes, in a step */
     uint32_t cell_count, cell_capacity, pane_count, pane_capacity, record_count, record_capacity;
     pt_vec3 origin;                                      /* of the cubes */
     float size, radius2;                                 /* a cube's side; r^2 */
@@ -9315,9 +9344,12 @@ static void pti_guide_walk(const pti_guide *g, const pti_guide_record *r, pti_gu
         next[k] += delta[k];
     }
 }
-/* A step of expectation maximisation on the cubes' weights and the other parts'. 0: there was nothing to learn. */
-static int pti_guide_step(pti_guide *g, const pti_guide_record *records, uint32_t n, double most, double w[PTI_PARTS]) {
+/* A step of expectation maximisation on the weights of a cell. 0: there was nothing to learn. */
+static int pti_guide_step(pti_guide *g, int level, const pti_guide_record *records, uint32_t n, double most) {
+    pti_guide_weights *w = g->weights + level;
+    const pti_guide_weights *prior = level ? w - 1 : w;
     double total = 0, sum[PTI_PARTS] = { 0, 0, 0 }, r[PTI_PARTS];
+    double believed = level ? PTI_GUIDE_PRIOR / (PTI_GUIDE_PRIOR + (double)n) : 0.0;
     const pti_guide_record *record = records, *end = records + n;
     pti_guide_way way;
     int k;
@@ -9325,36 +9357,48 @@ static int pti_guide_step(pti_guide *g, const pti_guide_record *records, uint32_
     for (; record < end; record++) {
         double v = (double)record->value < most ? (double)record->value : most, p = 0;
         pti_guide_walk(g, record, &way);
-        for (k = 0; k < PTI_PARTS; k++) p += r[k] = w[k] * (double)record->part[k];
-        for (k = 0; k < way.count; k++) p += (double)(way.pdf[k] *= g->cubes[way.cube[k]]);
+        for (k = 0; k < PTI_PARTS; k++) p += r[k] = w->part[k] * (double)record->part[k];
+        for (k = 0; k < way.count; k++) p += (double)(way.pdf[k] *= w->cube[way.cube[k]]);
         if (!(p > 0)) continue;
         for (k = 0; k < PTI_PARTS; k++) sum[k] += v / p * r[k];
         for (k = 0; k < way.count; k++) g->sums[way.cube[k]] += (float)(v / p * (double)way.pdf[k]);
         total += v;
     }
     if (!(total > 0)) return 0;
-    for (k = 0; k < PTI_PARTS; k++) w[k] = sum[k] / total;
-    for (k = 0; k < PTI_GUIDE_CUBES; k++) g->cubes[k] = (float)((double)g->sums[k] / total);
+    for (k = 0; k < PTI_PARTS; k++) w->part[k] = (1 - believed) * (sum[k] / total) + believed * prior->part[k];
+    for (k = 0; k < PTI_GUIDE_CUBES; k++)
+        w->cube[k] = (float)((1 - believed) * ((double)g->sums[k] / total) + believed * (double)prior->cube[k]);
     return 1;
 }
 /* At first every cube that was passed weighs the same. */
-static void pti_guide_begin(pti_guide *g, const pti_guide_record *r, uint32_t n) {
+static void pti_guide_begin(const pti_guide *g, pti_guide_weights *w, const pti_guide_record *r, uint32_t n) {
     pti_guide_way way;
     uint32_t i, used = 0;
     int k;
-    memset(g->cubes, 0, PTI_GUIDE_CUBES * sizeof *g->cubes);
+    memset(w->cube, 0, sizeof w->cube);
     for (i = 0; i < n; i++) {
         pti_guide_walk(g, r + i, &way);
-        for (k = 0; k < way.count; k++) { used += !(g->cubes[way.cube[k]] > 0); g->cubes[way.cube[k]] = 1; }
+        for (k = 0; k < way.count; k++) { used += !(w->cube[way.cube[k]] > 0); w->cube[way.cube[k]] = 1; }
     }
-    for (k = 0; k < PTI_GUIDE_CUBES; k++) g->cubes[k] *= used ? 0.5f / (float)used : 0.0f;
+    for (k = 0; k < PTI_GUIDE_CUBES; k++) w->cube[k] *= used ? 0.5f / (float)used : 0.0f;
+    for (k = 0; k < PTI_PARTS; k++) w->part[k] = 0.5 / (double)PTI_PARTS;
+}
+/* The weights of a cell at that level, from its records and the level's above. */
+static void pti_guide_weigh(pti_guide *g, int level, const pti_guide_record *r, uint32_t n) {
+    double mean = 0;
+    uint32_t i;
+    int k;
+    for (i = 0; i < n; i++) mean += (double)r[i].value / n;
+    if (level) g->weights[level] = g->weights[level - 1];
+    else pti_guide_begin(g, g->weights, r, n);
+    for (k = 0; k < PTI_GUIDE_STEPS; k++) if (!pti_guide_step(g, level, r, n, PTI_GUIDE_BRIGHT * mean)) return;
 }
 /* The cubes that weigh most, the first the heaviest; how many. */
-static uint32_t pti_guide_heaviest(const pti_guide *g, pti_guide_window top[PTI_GUIDE_WINDOWS]) {
+static uint32_t pti_guide_heaviest(const pti_guide *g, const pti_guide_weights *weights, pti_guide_window top[PTI_GUIDE_WINDOWS]) {
     int x, y, z;
     uint32_t n = 0, at;
     for (z = 0; z < PTI_GUIDE_GRID; z++) for (y = 0; y < PTI_GUIDE_GRID; y++) for (x = 0; x < PTI_GUIDE_GRID; x++) {
-        float w = g->cubes[x + PTI_GUIDE_GRID * (y + PTI_GUIDE_GRID * z)];
+        float w = weights->cube[x + PTI_GUIDE_GRID * (y + PTI_GUIDE_GRID * z)];
         if (!(w > PTI_GUIDE_LIGHTEST) || (n == PTI_GUIDE_WINDOWS && w <= top[n - 1].weight)) continue;
         for (at = n < PTI_GUIDE_WINDOWS ? n++ : n - 1; at > 0 && top[at - 1].weight < w; at--) top[at] = top[at - 1];
         top[at].weight = w;
@@ -9362,21 +9406,16 @@ static uint32_t pti_guide_heaviest(const pti_guide *g, pti_guide_window top[PTI_
     }
     return n;
 }
-static void pti_guide_leaf(pti_guide *g, pti_guide_cell *c, const pti_guide_record *r, uint32_t n) {
+static void pti_guide_leaf(pti_guide *g, pti_guide_cell *c, const pti_guide_weights *w, uint32_t n) {
     pti_guide_window top[PTI_GUIDE_WINDOWS];
-    double mean = 0, w[PTI_PARTS];
     uint32_t i, count;
     int k;
-    if (n < PTI_GUIDE_FEW || g->pane_capacity - g->pane_count < PTI_GUIDE_PANES) return;
-    for (i = 0; i < n; i++) mean += (double)r[i].value / n;
-    for (k = 0; k < PTI_PARTS; k++) w[k] = 0.5 / (double)PTI_PARTS;
-    pti_guide_begin(g, r, n);
-    for (k = 0; k < PTI_GUIDE_STEPS; k++) if (!pti_guide_step(g, r, n, PTI_GUIDE_BRIGHT * mean, w)) return;
-    count = pti_guide_heaviest(g, top);
+    if (g->pane_capacity - g->pane_count < PTI_GUIDE_PANES) return;
+    count = pti_guide_heaviest(g, w, top);
     for (i = 0; i < count; i++) c->share += top[i].weight;
     g->share += (double)c->share * n / g->record_count;
     if (c->share < PTI_GUIDE_LEAST) return;
-    for (k = 0; k < PTI_PARTS; k++) c->part[k] = (float)w[k];
+    for (k = 0; k < PTI_PARTS; k++) c->part[k] = (float)w->part[k];
     c->first = g->pane_count;
     c->count = (count + PTI_GUIDE_LANES - 1) / PTI_GUIDE_LANES;
     g->pane_count += c->count;
@@ -9400,25 +9439,30 @@ static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float 
     return k;
 }
 /* The cell of those records: divided along its longest side at their mean, as long as it has many. */
-static void pti_guide_build(pti_guide *g, uint32_t cell, pti_guide_record *r, uint32_t n, int depth) {
+static void pti_guide_build(pti_guide *g, uint32_t cell, pti_guide_record *r, uint32_t n, int level) {
     pti_bounds b = pti_bounds_empty();
     pti_guide_cell *c = g->cells + cell;
     pt_vec3 d;
     double mean = 0;
     uint32_t i, below;
     memset(c, 0, sizeof *c);
-    if (n < 2 * PTI_GUIDE_CELL || depth == 32 || g->cell_capacity - g->cell_count < 2) { pti_guide_leaf(g, c, r, n); return; }
+    if (!level && n < PTI_GUIDE_FEW) return;
+    pti_guide_weigh(g, level, r, n);
+    if (n < 2 * PTI_GUIDE_CELL || level == PTI_GUIDE_LEVELS - 1 || g->cell_capacity - g->cell_count < 2) {
+        pti_guide_leaf(g, c, g->weights + level, n);
+        return;
+    }
     for (i = 0; i < n; i++) pti_bounds_point(&b, r[i].p);
     d = pti_sub(b.hi, b.lo);
     c->axis = d.x > d.y && d.x > d.z ? 0 : d.y > d.z ? 1 : 2;
     for (i = 0; i < n; i++) mean += (double)pti_axis(r[i].p, (int)c->axis) / n;
     c->split = (float)mean;
     below = pti_guide_part(r, n, (int)c->axis, c->split);
-    if (below == 0 || below == n) { pti_guide_leaf(g, c, r, n); return; }
+    if (below == 0 || below == n) { pti_guide_leaf(g, c, g->weights + level, n); return; }
     i = c->child = g->cell_count;
     g->cell_count += 2;
-    pti_guide_build(g, i, r, below, depth + 1);
-    pti_guide_build(g, i + 1, r + below, n - below, depth + 1);
+    pti_guide_build(g, i, r, below, level + 1);
+    pti_guide_build(g, i + 1, r + below, n - below, level + 1);
 }
 /* The cubes that hold all records' ways. What ends in the sky ends nowhere. */
 static void pti_guide_place(pti_guide *g) {
@@ -9455,10 +9499,10 @@ static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
     pti_free(a, g->cells, g->cell_capacity, sizeof *g->cells);
     pti_free(a, g->panes, g->pane_capacity, sizeof *g->panes);
     pti_free(a, g->records, g->record_capacity, sizeof *g->records);
-    pti_free(a, g->cubes, PTI_GUIDE_CUBES, sizeof *g->cubes);
+    pti_free(a, g->weights, PTI_GUIDE_LEVELS, sizeof *g->weights);
     pti_free(a, g->sums, PTI_GUIDE_CUBES, sizeof *g->sums);
 }
-/* All that a guide ever has, for up to so many records; with them all, 28 MB. 0 when out of memory. */
+/* All that a guide ever has, for up to so many records; with them all, 29 MB. 0 when out of memory. */
 static int pti_guide_create(pti_guide *g, const pt_allocator *a, uint32_t records) {
     g->record_capacity = records;
     g->cell_capacity = PTI_GUIDE_FACES + records / PTI_GUIDE_CELL * 4;
@@ -9466,10 +9510,10 @@ static int pti_guide_create(pti_guide *g, const pt_allocator *a, uint32_t record
     g->cells = (pti_guide_cell *)pti_alloc(a, g->cell_capacity, sizeof *g->cells);
     g->panes = (pti_guide_pane *)pti_alloc(a, g->pane_capacity, sizeof *g->panes);
     g->records = (pti_guide_record *)pti_alloc(a, records, sizeof *g->records);
-    g->cubes = (float *)pti_alloc(a, PTI_GUIDE_CUBES, sizeof *g->cubes);
+    g->weights = (pti_guide_weights *)pti_alloc(a, PTI_GUIDE_LEVELS, sizeof *g->weights);
     g->sums = (float *)pti_alloc(a, PTI_GUIDE_CUBES, sizeof *g->sums);
     g->cell_count = PTI_GUIDE_FACES;
-    return g->cells && g->panes && g->records && g->cubes && g->sums;
+    return g->cells && g->panes && g->records && g->weights && g->sums;
 }
 
 /* ---- >>mixture -----------------------------------------------------------------------------------------
@@ -10097,7 +10141,8 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     x->wo = pti_neg(dir);
     x->t = at;
     x->time = time;
-    x->volume.id = (uint32_t)(hit - volumes->all) + 1;
+    x->volume.id = hit->id;
+    x->instance.id = hit->instance;
     return hit->scatterer;
 }
 /* How much of the light comes through. No sampler has numbers for it: they are hashed from where it goes. */
@@ -11027,8 +11072,8 @@ static int pti_render_shares(pt_render *r) {
     return 1;
 }
 /* Then the guide, in passes, each of twice as many paths, which draw with what the last one has learned; unless there is little
-   that the other parts do not find as well: then there is no guide. (In rooms and under skies windows weigh 0.02 to 0.19, and
-   cost up to half of the efficiency; behind a door ajar 0.3 to 0.6.) It does not depend on spp: ranges of samples have the same
+   that the other parts do not find as well: then there is no guide. (In rooms and under skies windows weigh up to 0.13, and
+   cost up to half of the efficiency; behind a door ajar 0.18 to 0.33.) It does not depend on spp: ranges of samples have the same
    guide. */
 #define PTI_GUIDE_PASSES 3
 static int pti_render_guide(pt_render *r) {
@@ -12456,6 +12501,9 @@ static size_t pti_grid_count(const pt_grid *g) { return (size_t)g->nx * (size_t)
 static int pti_grid_fits(uint32_t x, uint32_t y, uint32_t z) {
     return x - 1 < PTI_VOL_SIZE && y - 1 < PTI_VOL_SIZE && z - 1 < PTI_VOL_SIZE && (uint64_t)x * y * z <= SIZE_MAX / 8;
 }
+static int pti_grid_boxed(const pt_grid *g) {
+    return pti_finite3(g->lo) && pti_finite3(g->hi) && g->lo.x <= g->hi.x && g->lo.y <= g->hi.y && g->lo.z <= g->hi.z;
+}
 static int pti_grid_header(pti_input *in, pt_grid *out) {
     const uint8_t *p = in->at;
     uint32_t kind, x, y, z, channels;
@@ -12479,6 +12527,9 @@ static int pti_grid_header(pti_input *in, pt_grid *out) {
     out->lo = pt_v3(pti_little_float(p + 24), pti_little_float(p + 28), pti_little_float(p + 32));
     out->hi = pt_v3(pti_little_float(p + 36), pti_little_float(p + 40), pti_little_float(p + 44));
     out->nx = (int)x; out->ny = (int)y; out->nz = (int)z;
+    in->at = p + 24;
+    if (!pti_grid_boxed(out)) return pti_refuse(in, "its box is not finite, or lo is above hi");
+    in->at = p;
     return 1;
 }
 static pt_result pti_read_grid(pt_grid *out, const char *name, const void *data, size_t size) {
@@ -12519,9 +12570,12 @@ static void pti_output_floats(pti_output *o, const float *x, size_t n) {
 }
 PT_DEF pt_result pt_write_grid_to(const pt_writer *w, const pt_grid *grid) {
     float box[6];
+    size_t i, n;
     pti_output o;
     if (!grid || !pti_output_begin(&o, w, grid->values, grid->nx, grid->ny) || grid->nz < 1
-        || !pti_grid_fits((uint32_t)grid->nx, (uint32_t)grid->ny, (uint32_t)grid->nz)) return PT_ERR_ARG;
+        || !pti_grid_fits((uint32_t)grid->nx, (uint32_t)grid->ny, (uint32_t)grid->nz) || !pti_grid_boxed(grid)) return PT_ERR_ARG;
+    n = pti_grid_count(grid);
+    for (i = 0; i < n; i++) if (!pti_finite(grid->values[i])) return PT_ERR_ARG;
     box[0] = grid->lo.x; box[1] = grid->lo.y; box[2] = grid->lo.z;
     box[3] = grid->hi.x; box[4] = grid->hi.y; box[5] = grid->hi.z;
     pti_output_text(&o, "VOL\3");
@@ -12531,7 +12585,7 @@ PT_DEF pt_result pt_write_grid_to(const pt_writer *w, const pt_grid *grid) {
     pti_output_little32(&o, (uint32_t)grid->nz);
     pti_output_little32(&o, 1);
     pti_output_floats(&o, box, 6);
-    pti_output_floats(&o, grid->values, pti_grid_count(grid));
+    pti_output_floats(&o, grid->values, n);
     return pti_output_end(&o);
 }
 #ifndef PT_NO_STDIO

@@ -1209,7 +1209,7 @@ static int keep(void *user, const void *data, size_t size) {
 static void grids_in_files(void) {
     static const struct { int at, value; const char *words; } broken[] = { { 0, 'W', "VOL" }, { 3, 2, "version 3" }, { 4, 3, "byte 4: its values are of kind 3" }, { 20, 3, "byte 20: it has 3 channels" },
                                                                            { 8, 0, "byte 8: its sizes are 0 x 4 x 5" }, { 9, 17, "4355 x 4 x 5" },
-                                                                           { 8, 4, "should have" }, { 287, 255, "byte 284: value 60 of 60" } };
+                                                                           { 8, 4, "should have" }, { 47, 192, "byte 24: its box" }, { 287, 255, "byte 284: value 60 of 60" } };
     pt_grid g, back;
     float values[60];
     bytes b;
@@ -1240,6 +1240,13 @@ static void grids_in_files(void) {
     g.nz = 0;
     CHECK_EQ_INT(pt_write_grid_to(&w, &g), PT_ERR_ARG);
     CHECK_EQ_INT(pt_write_grid_to(&w, NULL), PT_ERR_ARG);
+    g.nz = 2;
+    g.hi.y = g.lo.y - 1;
+    CHECK_EQ_INT(pt_write_grid_to(&w, &g), PT_ERR_ARG);
+    g.hi.y = g.lo.y;
+    CHECK_EQ_INT(pt_write_grid_to(&w, &g), PT_OK);
+    values[1] = NAN;
+    CHECK_EQ_INT(pt_write_grid_to(&w, &g), PT_ERR_ARG);
 }
 
 /* A mesh is filled with one medium, whichever of its materials names it. */
@@ -1271,6 +1278,99 @@ static void a_mesh_has_one_inside(void) {
     }
 }
 
+/* A ball or box that is a volume's bounds and nothing else, placed, and filled once more. */
+static float through_a_filled_instance(int box, int inner, int outer) {
+    pt_scene *of = pt_scene_create(NULL), *s = pt_scene_create(NULL);
+    pt_material none = { 0 };
+    pt_shape bounds = box ? pt_add_box(of, pt_v3(-1, -1, -1), pt_v3(1, 1, 1), NULL, none) : pt_add_sphere(of, pt_v3(0, 0, 0), 1, none);
+    pt_medium_desc thin = grey_medium(0.5f, 0), thick = grey_medium(1, 0);
+    pt_light_desc sky = { 0 };
+    pt_render_desc d = { 0 };
+    pt_shape placed;
+    pt_render *r;
+    float seen;
+    if (inner) pt_add_volume(of, bounds, pt_add_medium(of, &thin));
+    CHECK_EQ_INT(pt_scene_commit(of), PT_OK);
+    placed = pt_add_instance(s, of, NULL);
+    if (outer) pt_add_volume(s, placed, pt_add_medium(s, &thick));
+    sky.color = pt_v3(1, 1, 1);
+    pt_add_light(s, &sky);
+    CHECK_EQ_INT(pt_scene_commit(s), PT_OK);
+    d.width = d.height = 1; d.spp = 4096; d.threads = 1;
+    d.camera.eye = pt_v3(0, 0, 5); d.camera.vfov_deg = 1;
+    r = pt_render_create(s, &d);
+    CHECK_EQ_INT(pt_render_run(r), PT_OK);
+    seen = pt_render_pixels(r)[0];
+    pt_render_destroy(r);
+    pt_scene_destroy(s);
+    pt_scene_destroy(of);
+    return seen;
+}
+static void filled_instances_keep_their_volumes(void) {
+    int box;
+    for (box = 0; box < 2; box++) {
+        test_case(box ? "box" : "ball");
+        CHECK_NEAR(through_a_filled_instance(box, 1, 0), exp(-1.0), 0.023);        /* 3 sigma */
+        CHECK_NEAR(through_a_filled_instance(box, 0, 1), exp(-2.0), 0.016);
+        CHECK_NEAR(through_a_filled_instance(box, 1, 1), exp(-3.0), 0.0102);
+    }
+}
+/* Users know a volume by what pt_add_volume returned, in whatever order they are looked at. */
+typedef struct asked { uint32_t fog, volume[3], instance[3]; int count[3]; } asked;
+static float ask_where(void *user, const pt_vertex *x) {
+    asked *a = (asked *)user;
+    int k = pti_length(x->p) < 1 ? 0 : pti_length(pti_sub(x->p, pt_v3(3, 0, 0))) < 1 ? 1 : 2;
+    int fog = x->volume.id == a->fog && !x->instance.id;
+    if (x->volume.id && (k == 2 || !fog)) {              /* which is in the balls, too */
+        if (a->count[k]++) CHECK(a->volume[k] == x->volume.id && a->instance[k] == x->instance.id);
+        a->volume[k] = x->volume.id;
+        a->instance[k] = x->instance.id;
+    }
+    return 0;
+}
+static int ask_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) {
+    (void)user; (void)x; (void)u; (void)wi;
+    return 0;
+}
+static float ask_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)user; (void)x; (void)wi; return 0; }
+static void particles_know_their_volume(void) {
+    pt_xform aside = {{ 1,0,0,3,  0,1,0,0,  0,0,1,0 }};
+    pt_material none = { 0 };
+    pt_shape nothing = { 0 }, placed;
+    pt_scene *of = pt_scene_create(NULL), *s = pt_scene_create(NULL);
+    pt_medium_desc dense = grey_medium(0, 50), fog = grey_medium(0.1f, 0.01f), thin = grey_medium(0.1f, 0);
+    pt_light_desc sky = { 0 };
+    pt_density_desc density = { 0 };
+    pt_render_desc d = { 0 };
+    pt_render *r;
+    pt_volume ball, everywhere, inner;
+    asked a;
+    memset(&a, 0, sizeof a);
+    pt_add_volume(of, pt_add_sphere(of, pt_v3(0, 0, 0), 0.5f, none), pt_add_medium(of, &thin));
+    inner = pt_add_volume(of, pt_add_sphere(of, pt_v3(0, 0, 0), 1, none), pt_add_medium(of, &dense));
+    CHECK_EQ_INT(pt_scene_commit(of), PT_OK);
+    ball = pt_add_volume(s, pt_add_sphere(s, pt_v3(0, 0, 0), 1, none), pt_add_medium(s, &dense));
+    everywhere = pt_add_volume(s, nothing, pt_add_medium(s, &fog));
+    a.fog = everywhere.id;
+    placed = pt_add_instance(s, of, &aside);
+    sky.color = pt_v3(1, 1, 1);
+    pt_add_light(s, &sky);
+    density.sample = ask_sample; density.pdf = ask_pdf; density.importance = ask_where;
+    density.weight = 0.1f; density.user = &a;
+    pt_add_density(s, &density);
+    CHECK_EQ_INT(pt_scene_commit(s), PT_OK);
+    d.width = d.height = 16; d.spp = 16; d.threads = 1;
+    d.camera.eye = pt_v3(1.5f, 0, 5);
+    r = pt_render_create(s, &d);
+    CHECK_EQ_INT(pt_render_run(r), PT_OK);
+    pt_render_destroy(r);
+    CHECK(a.count[0] > 100 && a.count[1] > 100 && a.count[2] > 0);
+    CHECK(a.volume[0] == ball.id && a.instance[0] == 0);
+    CHECK(a.volume[1] == inner.id && a.instance[1] == placed.id);
+    CHECK(a.volume[2] == everywhere.id && a.instance[2] == 0);
+    pt_scene_destroy(s);
+    pt_scene_destroy(of);
+}
 /* More volumes than are looked at one by one, some of which fill what is empty: they are nowhere. */
 static void volumes_in_empty_instances(void) {
     pt_xform turned = {{ 0.7f,-0.7f,0,0,  0.7f,0.7f,0,0,  0,0,1,0 }};
@@ -1296,7 +1396,8 @@ void test_medium(void) {
     RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
     RUN(flights_that_must_hit); RUN(fog_without_end_and_flat_boxes); RUN(a_void_is_like_dark_walls);
     RUN(marches_keep_bounds); RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab); RUN(fire_lights_a_floor);
-    RUN(many_fires_light_a_floor); RUN(marches_glow_as_far_as_they_come); RUN(far_glow_is_seen); RUN(a_mesh_has_one_inside); RUN(lamp_in_fog_deep_for_blue);
+    RUN(many_fires_light_a_floor); RUN(marches_glow_as_far_as_they_come); RUN(far_glow_is_seen); RUN(a_mesh_has_one_inside);
+    RUN(filled_instances_keep_their_volumes); RUN(particles_know_their_volume); RUN(lamp_in_fog_deep_for_blue);
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
     RUN(agrees_on_smoke_a_channel);
     RUN(agrees_inside_a_cloud); RUN(agrees_on_many_bounds); RUN(agrees_on_droplets); RUN(aureoles_fit_their_density);
