@@ -1,5 +1,6 @@
 /* Renders small scenes that between them touch everything, and prints a 64-bit FNV-1a hash of each picture's PFM, HDR and,
    in all curves, PNG and PPM. Every compiler, flag and machine must print the same (tests/portable.sh compares).  usage: portable [ISA] */
+#define PTI_GUIDE_WORTH 0.0f                             /* a guide, where one is asked for, does not step aside */
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <stdio.h>
@@ -507,6 +508,15 @@ static void merged(pt_scene *s, pt_render_desc d) {
     pt_render_destroy(b);
 }
 
+static pt_scene *gap(void) {                              /* a lamp behind a wall */
+    pt_scene *s = pt_scene_create(NULL);
+    pt_material white = matte(s, .7f, .7f, .7f);
+    pt_add_box(s, pt_v3(-2, 0, -1), pt_v3(2, 2, 1), NULL, white);
+    pt_add_quad(s, pt_v3(0, 0, -1), pt_v3(0, 2, 0), pt_v3(0, 0, 1.6f), matte(s, .7f, .5f, .3f));
+    pt_add_quad(s, pt_v3(1, 1, -.2f), pt_v3(0, 0, .4f), pt_v3(.4f, 0, 0), lamp(s, 40, 40, 30));
+    return s;
+}
+
 #define SCENES 7
 static const struct { const char *name; pt_scene *(*make)(void); } scenes[SCENES] = {
     { "metals", metals }, { "glasses", glasses }, { "principled", principled }, { "textures", textures }, { "outdoors", outdoors },
@@ -531,6 +541,12 @@ int main(int argc, char **argv) {
     d = settings(0, 2, 7, 0, 1, 0);
     d.camera.aperture = .1f;
     run("spheres", s, &d);
+    pt_scene_destroy(s);
+
+    s = gap();
+    d = settings(-1.9f, 1, .2f, 0, .8f, 0);
+    d.camera.vfov_deg = 70; d.guide = 64;
+    run("guide", s, &d);
     pt_scene_destroy(s);
 
     s = sheet();
