@@ -9438,8 +9438,8 @@ static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float 
         }
     return k;
 }
-/* The cell of those records: divided along its longest side at their mean, as long as it has many. */
-static void pti_guide_build(pti_guide *g, uint32_t cell, pti_guide_record *r, uint32_t n, int level) {
+/* The cell of those records: divided along its longest side at their mean, as long as it has many, and is above the last level. */
+static void pti_guide_build(pti_guide *g, uint32_t cell, pti_guide_record *r, uint32_t n, int level, int last) {
     pti_bounds b = pti_bounds_empty();
     pti_guide_cell *c = g->cells + cell;
     pt_vec3 d;
@@ -9448,7 +9448,7 @@ static void pti_guide_build(pti_guide *g, uint32_t cell, pti_guide_record *r, ui
     memset(c, 0, sizeof *c);
     if (!level && n < PTI_GUIDE_FEW) return;
     pti_guide_weigh(g, level, r, n);
-    if (n < 2 * PTI_GUIDE_CELL || level == PTI_GUIDE_LEVELS - 1 || g->cell_capacity - g->cell_count < 2) {
+    if (n < 2 * PTI_GUIDE_CELL || level == last || g->cell_capacity - g->cell_count < 2) {
         pti_guide_leaf(g, c, g->weights + level, n);
         return;
     }
@@ -9461,8 +9461,8 @@ static void pti_guide_build(pti_guide *g, uint32_t cell, pti_guide_record *r, ui
     if (below == 0 || below == n) { pti_guide_leaf(g, c, g->weights + level, n); return; }
     i = c->child = g->cell_count;
     g->cell_count += 2;
-    pti_guide_build(g, i, r, below, level + 1);
-    pti_guide_build(g, i + 1, r + below, n - below, level + 1);
+    pti_guide_build(g, i, r, below, level + 1, last);
+    pti_guide_build(g, i + 1, r + below, n - below, level + 1, last);
 }
 /* The cubes that hold all records' ways. What ends in the sky ends nowhere. */
 static void pti_guide_place(pti_guide *g) {
@@ -9481,8 +9481,8 @@ static void pti_guide_place(pti_guide *g) {
     g->radius2 = 0.1875f * g->size * g->size;
     g->origin = pti_sub(pti_scale(pti_add(b.lo, b.hi), 0.5f), pt_v3(half, half, half));
 }
-/* Everything anew, from the records, which are gone then. */
-static void pti_guide_refine(pti_guide *g) {
+/* Everything anew, from the records. */
+static void pti_guide_refine(pti_guide *g, int last) {
     pti_guide_record *r = g->records, *end = r + g->record_count;
     uint32_t face, n;
     g->cell_count = PTI_GUIDE_FACES;
@@ -9491,9 +9491,8 @@ static void pti_guide_refine(pti_guide *g) {
     if (r < end) pti_guide_place(g);
     for (face = 0; face < PTI_GUIDE_FACES; face++, r += n) {
         n = pti_guide_part(r, (uint32_t)(end - r), 3, (float)face + 0.5f);
-        pti_guide_build(g, face, r, n, 0);
+        pti_guide_build(g, face, r, n, 0, last);
     }
-    g->record_count = 0;
 }
 static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
     pti_free(a, g->cells, g->cell_capacity, sizeof *g->cells);
@@ -11077,14 +11076,17 @@ static int pti_render_shares(pt_render *r) {
    guide. */
 #define PTI_GUIDE_PASSES 3
 static int pti_render_guide(pt_render *r) {
+    pti_guide *g = &r->guide;
     uint32_t n = pti_render_pupils(r), pass;
-    r->tracer.guide = &r->guide;
-    r->guide.record_count = 0;
-    pti_guide_refine(&r->guide);                         /* empty: a cancelled render begins anew */
-    for (pass = 0; pass < PTI_GUIDE_PASSES; pass++) {
+    g->record_count = 0;
+    pti_guide_refine(g, 0);                              /* empty: a cancelled render begins anew */
+    r->tracer.guide = g;
+    for (pass = 0; pass < PTI_GUIDE_PASSES && r->tracer.guide; pass++) {
+        g->record_count = 0;
         if (!pti_render_ahead(r, PTI_AHEAD_SEED + 1 + pass, 0, n >> (PTI_GUIDE_PASSES - pass))) return 0;
-        pti_guide_refine(&r->guide);
-        if (r->guide.share < (double)PTI_GUIDE_WORTH) { r->tracer.guide = NULL; break; }
+        if (!pass) pti_guide_refine(g, 0);               /* a first look, without dividing, which finds half at least */
+        if (pass || g->share >= 0.5 * (double)PTI_GUIDE_WORTH) pti_guide_refine(g, PTI_GUIDE_LEVELS - 1);
+        if (g->share < (double)PTI_GUIDE_WORTH) r->tracer.guide = NULL;
     }
     return 1;
 }

@@ -36,7 +36,7 @@ static void scene_caustic(pt_scene *s, pt_render_desc *d) {
     pt_add_sphere(s, pt_v3(-1.5f, 2.2f, -.8f), .12f, scene_lamp(s, 60));
     scene_look(d, .3f, 1.6f, 2.6f, .2f, .2f, 0, 36);
 }
-static const sampling_scene door = { "door_ajar", scene_door_ajar, 8192 }, caustic = { "ball_caustic", scene_caustic, 8192 };
+static const sampling_scene door = { "door_ajar", scene_door_ajar, 32768 }, caustic = { "ball_caustic", scene_caustic, 8192 };
 
 /* One scene, without and with; the pictures are returned where they are wanted. How many times as efficient it is. */
 static double compare(const sampling_scene *c, int size, int spp, int many, int renders, float *panels[2]) {
