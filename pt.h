@@ -4131,7 +4131,7 @@ static pt_vec3 pti_texture_mean_on_triangle(const pti_texture *t, const float a[
    places, over their density.
 
    Distances have a mixture, too. Near a small lamp light goes as 1 / r^2, which free flights do not know: bright specks. So in
-   constant media some flights are drawn, with the share w, by
+   constant media that fill a box, a ball or everything, some flights are drawn, with the share w, by
        e(t) = sum_k Phi_k / (D_k^2 + (t - t_k)^2) / integral of that,
    lamp k being nearest to the ray at t_k, D_k away (equiangular sampling, Kulla and Fajardo 2012), and Phi_k its power, dimmed
    by the way to the volume's place nearest to t_k. What stands under q_c for that volume is then, at a hit (in place of
@@ -4359,8 +4359,9 @@ typedef struct pti_flight {                              /* a ray of unit length
     pti_aim aims[PTI_AIMS];
     float end, sky;                                      /* the nearest surface; fluence from the sky */
     int weigh;                                           /* are there weights? */
-    const struct pti_volume *aimed_in;                   /* the volume of `aimed`, or NULL: a box, a ball or everywhere, whose */
-    pti_aimed aimed;                                     /* one stretch up to `end` it has */
+    const struct pti_volume *stretch_of;                 /* the volume asked last that lies in a box, a ball or everywhere and does
+                                                            not vary: the ray has but one stretch there */
+    pti_aimed stretch;                                   /* which is this, up to `end` */
     int is_aimed;                                        /* is w > 0 there? */
     int blind;                                           /* there is one volume, and behind it nothing to be seen: who passes
                                                             brings nothing, so no flight shall */
@@ -4454,7 +4455,7 @@ static int pti_span_next(pti_span *s) {
 static float pti_span_length(const pti_flight *f, const pti_volume *v, float t) {
     pti_span s;
     float sum = 0;
-    if (f->aimed_in == v) return pti_max(pti_min(f->aimed.to, t) - f->aimed.from, 0);
+    if (f->stretch_of == v) return pti_max(pti_min(f->stretch.to, t) - f->stretch.from, 0);
     pti_span_begin(&s, f, v, t);
     while (pti_span_next(&s)) sum += s.to - s.from;
     return sum;
@@ -4505,19 +4506,19 @@ static int pti_aimed_weigh(const pti_flight *f, const pti_volume *v, pti_aimed *
     if (!(a->share > 0.02f)) a->share = 0;
     return a->share > 0;
 }
-/* Sets f->aimed, where there is one stretch at most. */
+/* Sets f->stretch, where there is one at most; of another volume, anew: f->end is the same for all. */
 static void pti_flight_aim(pti_flight *f, const pti_volume *v) {
     pti_span s;
-    if (f->aimed_in == v || v->kind == PTI_IN_CLOSED || pti_medium_tracked(v->medium)) return;
-    f->aimed_in = v;
+    if (f->stretch_of == v || v->kind == PTI_IN_CLOSED || pti_medium_tracked(v->medium)) return;
+    f->stretch_of = v;
     f->is_aimed = 0;
-    f->aimed.from = f->aimed.to = f->aimed.share = 0;
-    f->aimed.T = pt_v3(1, 1, 1);
+    f->stretch.from = f->stretch.to = f->stretch.share = 0;
+    f->stretch.T = pt_v3(1, 1, 1);
     pti_span_begin(&s, f, v, f->end);
     if (!pti_span_next(&s)) return;
-    f->aimed.from = s.from; f->aimed.to = s.to;
-    f->aimed.T = pti_exp3(pti_scale(v->medium->sigma_t, s.from - s.to));
-    f->is_aimed = f->aim_count && v->medium->scatters && pti_aimed_weigh(f, v, &f->aimed);
+    f->stretch.from = s.from; f->stretch.to = s.to;
+    f->stretch.T = pti_exp3(pti_scale(v->medium->sigma_t, s.from - s.to));
+    f->is_aimed = f->aim_count && v->medium->scatters && pti_aimed_weigh(f, v, &f->stretch);
 }
 static float pti_aimed_pdf(const pti_flight *f, const pti_aimed *a, float t) {
     double sum = 0;
@@ -4561,7 +4562,7 @@ static float pti_forced_pdf(float sigma, float length, float T, float r, float i
     return sigma * length < PTI_FORCED_THIN ? inverse / length : sigma * r / (1 - T);
 }
 static int pti_flight_forced(const pti_flight *f, const pti_volume *v) {      /* not in fog without end: what can hit, will */
-    return f->blind && f->aimed_in == v && f->aimed.to > f->aimed.from && f->aimed.to < PTI_FOG_END;
+    return f->blind && f->stretch_of == v && f->stretch.to > f->stretch.from && f->stretch.to < PTI_FOG_END;
 }
 
 /* Hits, virtual ones too, one after the other: mu is the majorant along the way, tau the optical depth left to the next. A
@@ -4721,18 +4722,18 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax) {
     if (!pti_medium_tracked(m)) {
         u = pti_flight_draw(f, v);
         pti_flight_aim(f, v);
-        if (f->aimed_in == v && f->is_aimed) {
+        if (f->stretch_of == v && f->is_aimed) {
             f->weigh = 1;
-            if (pti_split(&u, f->aimed.share)) return pti_min(pti_aimed_sample(f, &f->aimed, u), tmax);
+            if (pti_split(&u, f->stretch.share)) return pti_min(pti_aimed_sample(f, &f->stretch, u), tmax);
         }
         if (pti_flight_forced(f, v)) {
             f->weigh = 1;
-            return pti_min(f->aimed.from + pti_forced_sample(sigma, f->aimed.to - f->aimed.from,
-                                                             pti_channel(f->aimed.T, f->hero), pti_u01(u)), f->aimed.to);
+            return pti_min(f->stretch.from + pti_forced_sample(sigma, f->stretch.to - f->stretch.from,
+                                                             pti_channel(f->stretch.T, f->hero), pti_u01(u)), f->stretch.to);
         }
         if (!(sigma > 0)) return tmax;
         tau = pti_exponential(pti_u01(u)) / sigma;
-        if (f->aimed_in == v) return tau < pti_span_length(f, v, tmax) ? pti_min(f->aimed.from + tau, tmax) : tmax;
+        if (f->stretch_of == v) return tau < pti_span_length(f, v, tmax) ? pti_min(f->stretch.from + tau, tmax) : tmax;
         pti_span_begin(&s, f, v, tmax);
         for (; pti_span_next(&s); tau -= s.to - s.from)
             if (tau < s.to - s.from) return pti_min(s.from + tau, tmax);
@@ -4750,7 +4751,7 @@ static float pti_volume_hit(pti_flight *f, const pti_volume *v, float tmax) {
 /* What a volume whose distances are aimed, or forced to hit, has under q_c, over the T of its clearest channel: r is T_c over that,
    and inverse is 1 over that. (Where even that one is below e^-80, what comes of the place is nothing to anyone.) */
 static pt_vec3 pti_aimed_density(const pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 r, float inverse) {
-    const pti_aimed *a = &f->aimed;
+    const pti_aimed *a = &f->stretch;
     pt_vec3 s = v->medium->sigma_t;
     float w = a->share, e = w > 0 ? w * inverse * (hit ? pti_aimed_pdf(f, a, t) : pti_aimed_beyond(f, a, t)) : 0.0f;
     float length = a->to - a->from;
@@ -4767,8 +4768,9 @@ static pt_vec3 pti_density_at(const pti_flight *f, const pti_volume *v, float t)
     k.most = FLT_MAX;                                    /* nothing is above that */
     return pti_tracker_density(&k);
 }
-/* *F and *P are multiplied by F_i and P_c up to t, or of a hit at t; both over what may make them vanish together: the
-   transmittance of the clearest channel, or the hero's in what is tracked, where it has been and so is not 0. */
+/* *F and *P are multiplied by F_i and P_c up to t, or of a hit at t. Deep in a medium both are too small for a float, but only
+   F / P is wanted: so both are divided by a number that is at least as large as any channel's, the transmittance of the clearest
+   channel, or in what is tracked the hero's, which got there. */
 static void pti_volume_weigh(pti_flight *f, const pti_volume *v, float t, int hit, pt_vec3 *F, pt_vec3 *P) {
     const pti_medium *m = v->medium;
     float length, least, p;
@@ -4776,7 +4778,7 @@ static void pti_volume_weigh(pti_flight *f, const pti_volume *v, float t, int hi
     pt_vec3 r;
     int aims;
     pti_flight_aim(f, v);
-    aims = f->aimed_in == v && (f->is_aimed || f->blind);
+    aims = f->stretch_of == v && (f->is_aimed || f->blind);
     if (hit) *F = pti_mul(*F, m->sigma_s);
     if (hit && !aims) *P = pti_mul(*P, m->sigma_t);
     if (hit && m->channels == 3) {                       /* else the density is in both alike */
@@ -4820,7 +4822,7 @@ static pt_vec3 pti_volume_transmittance(pti_flight *f, const pti_volume *v, floa
     float length;
     if (!pti_medium_tracked(m)) {
         if (t == f->end && f->volumes->count == 1) pti_flight_aim(f, v);       /* which will be asked anyway */
-        if (t == f->end && f->aimed_in == v) return f->aimed.T;
+        if (t == f->end && f->stretch_of == v) return f->stretch.T;
         length = pti_span_length(f, v, t);
         return pti_exp3(pti_scale(m->sigma_t, -length));
     }
@@ -9265,7 +9267,7 @@ typedef struct pti_guide {
     float *sums;                                         /* of cubes, in a step */
     uint32_t cell_count, cell_capacity, pane_count, pane_capacity, record_count, record_capacity;
     pt_vec3 origin;                                      /* of the cubes */
-    float size, radius2;                                 /* a cube's side; r^2 */
+    float size, radius2, narrow;                         /* a cube's side; r^2; 1 / (2 r^2) */
     double share;                                        /* of windows, in the mean over all records */
 } pti_guide;
 
@@ -9281,7 +9283,7 @@ static const pti_guide_cell *pti_guide_find(const pti_guide *g, uint32_t face, p
     return c;
 }
 /* 1 / (1 - cos a), d2 being the square of the distance. */
-static float pti_guide_narrow(const pti_guide *g, float d2) { return 0.5f + 0.5f * d2 / g->radius2; }
+static float pti_guide_narrow(const pti_guide *g, float d2) { return 0.5f + d2 * g->narrow; }
 static pt_vec3 pti_guide_sample(const pti_guide *g, const pti_guide_cell *c, pt_vec3 p, uint32_t u, uint32_t v) {
     const pti_guide_pane *pane = g->panes + c->first;
     uint32_t k = 0, last = c->count * PTI_GUIDE_LANES - 1;
@@ -9479,6 +9481,7 @@ static void pti_guide_place(pti_guide *g) {
     half = pti_max(pti_max(d.x, pti_max(d.y, d.z)) * 0.505f, 1e-20f);
     g->size = 2 * half / PTI_GUIDE_GRID;
     g->radius2 = 0.1875f * g->size * g->size;
+    g->narrow = 0.5f / g->radius2;
     g->origin = pti_sub(pti_scale(pti_add(b.lo, b.hi), 0.5f), pt_v3(half, half, half));
 }
 /* Everything anew, from the records. */
@@ -10119,7 +10122,7 @@ PTI_NOINLINE const pti_material *pti_path_fly(const pti_tracer *t, const pti_sam
     f.end = at;
     f.sky = 0;
     f.aim_count = 0;
-    f.aimed_in = NULL;
+    f.stretch_of = NULL;
     f.blind = f.exceeded = 0;
     if (!pti_path_is_naive(t)) {
         if (volumes->aim && t->scene->lights.count) pti_path_aim(t, &f, at);

@@ -97,7 +97,7 @@ static void density_of_the_mixture(void) {
     pt_scene *s = pt_scene_create(NULL);
     pt_render_desc d;
     pt_render *r = guided_render(s, &d, 64, 1, 64);
-    int k;
+    int k, noticed = 0;
     for (k = 0; k < 6; k++) {
         chi2_directions_desc chi2;
         mixed_test t;
@@ -110,7 +110,7 @@ static void density_of_the_mixture(void) {
         t.mix = pti_mixture_at(s, &t.surface, k < 3 ? &automatic : &set);
         pti_mixture_guided(&t.mix, &r->guide, k < 3);
         test_case("vertex %d, shares %.3f %.3f %.3f", k, (double)t.mix.bsdf, (double)t.mix.lights, (double)t.mix.guide);
-        CHECK(t.mix.guide > 0.05f);                      /* enough to be noticed */
+        noticed += t.mix.guide > 0.1f;
         CHECK_NEAR(t.mix.bsdf + t.mix.lights + t.mix.environment + t.mix.users + t.mix.guide, 1, 1e-5);
         memset(&chi2, 0, sizeof chi2);
         chi2.sample = mixed_sample; chi2.pdf = mixed_pdf; chi2.ctx = &t;
@@ -119,6 +119,7 @@ static void density_of_the_mixture(void) {
         chi2.seed = (uint64_t)k;
         chi2_directions(&chi2);
     }
+    CHECK(noticed >= 5);                                 /* of these vertices, one is in a corner */
     pt_render_destroy(r);
     pt_scene_destroy(s);
 }
