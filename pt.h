@@ -560,7 +560,7 @@ typedef struct pt_render_desc {
                                                              the picture, and that are thrown away; 0 = no guiding. For
                                                              light that comes through a gap: an eighth of spp, and spp in
                                                              the hundreds. Where it sees soon that BSDF, lights and
-                                                             environment do as well, it leaves it to them. Up to 28 MB */
+                                                             environment do as well, it leaves it to them. Up to 29 MB */
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
                                                              finished it; nonzero cancels. It may call pt_render_pixels,
@@ -11087,7 +11087,7 @@ static int pti_render_guide(pt_render *r) {
     for (pass = 0; pass < PTI_GUIDE_PASSES && r->tracer.guide; pass++) {
         g->record_count = 0;
         if (!pti_render_ahead(r, PTI_AHEAD_SEED + 1 + pass, 0, n >> (PTI_GUIDE_PASSES - pass))) return 0;
-        if (!pass) pti_guide_refine(g, 0);               /* a first look, without dividing, which finds half at least */
+        if (!pass) pti_guide_refine(g, 0);               /* a quick look, without dividing: it finds half of that at least */
         if (pass || g->share >= 0.5 * (double)PTI_GUIDE_WORTH) pti_guide_refine(g, PTI_GUIDE_LEVELS - 1);
         if (g->share < (double)PTI_GUIDE_WORTH) r->tracer.guide = NULL;
     }
@@ -12531,10 +12531,10 @@ static int pti_grid_header(pti_input *in, pt_grid *out) {
         return pti_refuse(in, "the file has %u bytes, and should have %u", (uint64_t)pti_input_left(in), size);
     out->lo = pt_v3(pti_little_float(p + 24), pti_little_float(p + 28), pti_little_float(p + 32));
     out->hi = pt_v3(pti_little_float(p + 36), pti_little_float(p + 40), pti_little_float(p + 44));
-    out->nx = (int)x; out->ny = (int)y; out->nz = (int)z;
     in->at = p + 24;
     if (!pti_grid_boxed(out)) return pti_refuse(in, "its box is not finite, or lo is above hi");
     in->at = p;
+    out->nx = (int)x; out->ny = (int)y; out->nz = (int)z;
     return 1;
 }
 static pt_result pti_read_grid(pt_grid *out, const char *name, const void *data, size_t size) {

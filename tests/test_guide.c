@@ -75,6 +75,40 @@ static void density_of_windows(void) {
     pt_render_destroy(r);
     pt_scene_destroy(s);
 }
+/* A floor whose records have all come through one far cube, each 1; but in one corner, one of 300, and 1000 times as bright, through
+   another. By heart that one, though counted as 200 means at most, would weigh 866 of 1165. */
+static void few_records_are_not_believed(void) {
+    const pt_vec3 window = { 7.5f, 7.5f, 7.5f }, other = { 0.5f, 7.5f, 7.5f };
+    pt_allocator none = { NULL, NULL, NULL }, a = pti_allocator_or_default(none);
+    const pti_guide_cell *c;
+    pti_guide g;
+    uint32_t i, n = 4000, k;
+    float known = 0, rare = 0;
+    memset(&g, 0, sizeof g);
+    CHECK(pti_guide_create(&g, &a, n));
+    for (i = 0; i < n; i++) {
+        pti_guide_record *r = g.records + i;
+        int odd = i == n - 1, corner = i >= n - 300;
+        memset(r, 0, sizeof *r);
+        r->p = corner ? pt_v3(0.01f * (float)(i % 10), 0, 0.01f * (float)(i % 7)) : pt_v3(1 + 0.9f * (float)(i % 8), 0, 0.0002f * (float)i);
+        r->wi = pti_normalize(pti_sub(odd ? other : window, r->p));
+        r->distance = pti_length(pti_sub(odd ? other : window, r->p));
+        r->value = odd ? 1000.0f : 1.0f;
+        r->face = 2;
+    }
+    g.record_count = n;
+    pti_guide_refine(&g, PTI_GUIDE_LEVELS - 1);
+    c = pti_guide_find(&g, 2, pt_v3(0.05f, 0, 0.03f));
+    CHECK(c->count > 0 && g.cell_count > PTI_GUIDE_FACES);
+    for (i = 0; i < c->count; i++) for (k = 0; k < PTI_GUIDE_LANES; k++) {
+        const pti_guide_pane *pane = g.panes + c->first + i;
+        if (pane->y[k] < 4) continue;
+        if (pane->x[k] > 5) known += pane->weight[k]; else rare += pane->weight[k];
+    }
+    test_case("weights %.3f and %.3f", (double)known, (double)rare);
+    CHECK(known > rare);
+    pti_guide_free(&g, &a);
+}
 /* With its share of the mixture, beside BSDF, lights and environment. */
 typedef struct mixed_test { pti_mixture mix; pti_surface surface; pt_vertex x; } mixed_test;
 static int mixed_sample(void *ctx, pt_rng *rng, pt_vec3 *wi) {
@@ -241,7 +275,7 @@ static void guides_of_nothing(void) {
 }
 
 void test_guide(void) {
-    RUN(density_of_windows); RUN(density_of_the_mixture);
+    RUN(density_of_windows); RUN(few_records_are_not_believed); RUN(density_of_the_mixture);
     RUN(guided_behind_the_gap); RUN(guided_by_set_weights); RUN(guided_with_shadow_rays); RUN(guided_in_cornell_box);
     RUN(guided_under_the_sun); RUN(guided_on_mirror_and_glass); RUN(guided_on_instances); RUN(guided_with_densities);
     RUN(guided_by_any_threads); RUN(guided_paths_find_the_gap); RUN(guides_that_are_refused); RUN(guides_of_nothing);
