@@ -2624,13 +2624,14 @@ static const float *pti_costs(const pti_builder *b, uint32_t split) {
     static const float none[PTI_WIDTH - 1] = { 0, 0, 0, 0, 0, 0, 0 };
     return split ? b->splits[split].cost : none;
 }
-static int pti_halves_share(const pti_builder *b, const pti_halves *s, int places, float *cost) {     /* k: the left half's */
+PTI_INLINE int pti_halves_share(const pti_builder *b, const pti_halves *s, int places, float *cost) {     /* k: the left half's */
     const float *left = pti_costs(b, s->left), *right = pti_costs(b, s->right);
     int k, best = 1;
     *cost = left[0] + right[places - 2];
     for (k = 2; k < places; k++) {
         float c = left[k - 1] + right[places - k - 1];
-        if (c < *cost) { *cost = c; best = k; }
+        best = c < *cost ? k : best;                     /* no branch: chance would decide it */
+        *cost = pti_min(c, *cost);
     }
     return best;
 }
@@ -2721,6 +2722,8 @@ static int pti_open_branch(const pti_builder *b, const pti_branch *p, int places
     if (!p->split || places == 1) return 1;
     k = pti_halves_share(b, s, places, &cost);
     if (!is_node && s->cost[0] <= cost) return 1;
+    PTI_FETCH(b->splits + b->splits[s->left].left); PTI_FETCH(b->splits + b->splits[s->left].right);
+    PTI_FETCH(b->splits + b->splits[s->right].left); PTI_FETCH(b->splits + b->splits[s->right].right);
     left = pti_branch_make(p->begin, s->middle, s->left);
     right = pti_branch_make(s->middle, p->end, s->right);
     count = pti_open_branch(b, &left, k, 0, part);
