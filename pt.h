@@ -152,11 +152,12 @@ PT_DEF pt_scene   *pt_scene_create(const pt_scene_desc *desc);   /* NULL desc = 
 PT_DEF void        pt_scene_destroy(pt_scene *s);                /* NULL is fine. Renders and instances of s go first */
 PT_DEF pt_result   pt_scene_commit(pt_scene *s);                 /* builds the trees; the scene is read-only from then on */
 /* After the positions or normals of borrowed meshes have changed (not how many, nor the indices), or a scene that instances
-   show was refitted: makes the boxes of the trees anew and leaves all else, which takes about a tenth of the time (a fifth
-   where there are many instances). Rays are the slower the farther things have moved from their old neighbours; then commit a
-   new scene. Nobody may be reading the scene, and its renders start anew. PT_ERR_STATE before commit and where there are media;
-   PT_ERR_ARG where a vertex is not finite; as everywhere, the first error stays, and such a scene is good for nothing but what
-   it was before. */
+   show was refitted: makes the boxes and lamps of the trees anew and leaves their shape, which takes about a tenth of the time (a
+   fifth where there are many instances; but all of it where a triangle had no area at commit, or a placed scene nothing in it).
+   Rays are the slower the farther things have moved from their old neighbours; then commit a new scene. Nobody may be reading the
+   scene; renders of it hold old samples, so make new ones. PT_ERR_STATE before commit, where there are media, and where a placed
+   scene could not be refitted; PT_ERR_ARG where a vertex is not finite; as everywhere, the first error stays, and such a scene is
+   good for nothing but what it was before. */
 PT_DEF pt_result   pt_scene_refit(pt_scene *s);
 PT_DEF const char *pt_scene_error(const pt_scene *s);            /* first error, in words, or "" */
 
@@ -277,7 +278,7 @@ typedef struct pt_medium_desc {
     int grid_channels;                                    /* 0 = 1; 3 = densities for red, green and blue: three grids, one after
                                                              the other in memory. They also multiply emission */
     int nearest;                                          /* 1 = as voxels, 0 = trilinear between their middles */
-    int borrow;                                           /* the caller keeps the grid alive; it is not copied */
+    int borrow;                                           /* the caller keeps the grid alive, and as it is; it is not copied */
     float (*density)(void *user, pt_vec3 p);              /* instead: a function of the place in the scene that the volume
                                                              was added to; if its bounds are an instance, in the scene
                                                              that this places. Called from all render threads */
@@ -287,7 +288,8 @@ typedef struct pt_medium_desc {
                                                              density_max; asked at commit, for 32 x 32 x 32 boxes. Where
                                                              there is little, paths then go fast; where it is 0, density
                                                              is not asked at all, and a wrong 0 is not noticed */
-    pt_vec3 (*glow)(void *user, pt_vec3 p);               /* NULL, or multiplies emission; p as density's */
+    pt_vec3 (*glow)(void *user, pt_vec3 p);               /* NULL, or multiplies emission; p as density's; NaN and what is below
+                                                             0 is 0 */
     pt_tracking tracking;
     float step;                                           /* of marches: metres, above 0. Where it is longer than a mean free
                                                              path, each is hit: use a third of one, or less */
@@ -346,7 +348,8 @@ typedef struct pt_material_desc {
     int        two_sided;                                 /* emit to both sides; 0 = to the side of the normal */
     pt_measured measured;                                 /* PT_BSDF_MEASURED */
     pt_medium  inside;                                    /* fills the shapes that bear the material, as pt_add_volume does: a
-                                                             mesh of several materials whole, so they cannot differ in it */
+                                                             mesh of several materials whole, so they cannot differ in it;
+                                                             of PT_BSDF_MIX its own, not that of its parts */
     pt_material a, b;                                     /* PT_BSDF_MIX: (1 - mix) a + mix b. Glass with glass of another
                                                              ior gains or loses light */
     float      mix;
@@ -387,7 +390,7 @@ typedef struct pt_mesh_desc {
 
 /* A shape of the user's own. bounds is asked once, when it is added. intersect returns nonzero and fills t (tmin < t <
    tmax), ng, and as it likes u and v, for the nearest hit; the rest of x is the renderer's. Called from all render
-   threads. */
+   threads. As bounds of a volume it is asked for one wall after the other, each from where the last one was. */
 typedef struct pt_shape_vtable {
     void (*bounds)(void *user, pt_vec3 *lo, pt_vec3 *hi);
     int  (*intersect)(void *user, const pt_ray *ray, pt_vertex *x);
@@ -407,9 +410,10 @@ PT_DEF pt_shape pt_add_instance(pt_scene *s, const pt_scene *of, const pt_xform 
    half way, and one whose determinant reaches zero is refused. Its emitters are found by chance only. */
 PT_DEF pt_shape pt_add_moving_instance(pt_scene *s, const pt_scene *of, const pt_xform *from, const pt_xform *to);
 PT_DEF pt_shape pt_add_user_shape(pt_scene *s, const pt_shape_vtable *v, void *user, pt_material m);
-/* Fills a shape with a medium. The shape must be closed, its normals all pointing outwards (or all inwards), and may not cross
-   itself; it may be concave, hollow, in several pieces that do not touch, an instance. (Nothing checks that: of an open one, what
-   lies before a face seen from behind is inside.) Volumes may overlap each other and anything else, and the camera may be inside.
+/* Fills a shape with a medium. The shape must be closed, its normals all pointing outwards (a mesh's may all point inwards), and
+   may not cross itself; it may be concave, hollow, in several pieces that do not touch, an instance. (Nothing checks that: of an
+   open one, what lies before a face seen from behind is inside.) Volumes may overlap each other and anything else, and the camera
+   may be inside.
    Bounds of none: everywhere, then without a density or a march; such fog does not come along with an instance. It goes on
    for 10^15 m, so that no sky and no sun is seen through it, however thin it is; where rays can leave, what glows there must also
    absorb, else it is infinitely bright, and samples are discarded; and where it absorbs nothing, paths go on and on: a box that is
@@ -738,7 +742,8 @@ PT_DEF void      pt_mesh_free(pt_mesh *mesh);
 /* ---- the toolbox: the parts the integrator is made of, for teaching, tests and other uses ------------- */
 
 /* Ray queries. The scene must be committed; any number of threads. A ray that can not be (all of dir below 1e-37, org or
-   dir NaN or infinite) hits nothing; a tmin below 0 or NaN is 0; a tmax not above 0, infinite or NaN is no end. A hit's t is in
+   dir NaN or infinite) hits nothing, nor does one where d^3 / |dir| leaves the floats, d being how far the triangle's corners are
+   (1e12 at length 1, 1e9 at 1e-10); a tmin below 0 or NaN is 0; a tmax not above 0, infinite or NaN is no end. A hit's t is in
    units of |dir|; where two are equally near, what was added first is hit. */
 PT_DEF int      pt_intersect(const pt_scene *s, const pt_ray *ray, pt_vertex *x);     /* nearest hit; 0 = none, and x stays */
 PT_DEF int      pt_occluded(const pt_scene *s, const pt_ray *ray);                    /* any hit */
@@ -3249,6 +3254,7 @@ static int pti_bvh_build(pti_geometry *g, const pt_allocator *a, pt_quality qual
     b.places = (uint32_t *)pti_alloc(a, b.room, sizeof *b.places);
     locked = pti_mutex_init(&b.lock);
     fine = b.refs && b.splits && b.places && locked;
+    if (fine) memset(b.splits, 0, sizeof *b.splits);     /* what leaves have instead of a split; looked at, but not used */
     g->bvh.root = PTI_NONE;
     g->bvh.bounds = pti_bounds_empty();
     b.wastes = per_piece > 0;
@@ -4331,7 +4337,8 @@ typedef struct pti_volumes {
 
 #define PTI_FOG_END 1e15f                                /* so far does everywhere go, that squares of distances are finite */
 /* Stretches of a ray inside of a volume, one after the other, up to tmax. Bounds that are closed and do not cross themselves
-   are left where a ray meets them from behind; so nothing need be known of where it starts. */
+   are left where a ray meets them from behind; so of where it starts nothing need be known but whether that is far away: at the
+   rim of what is, rounding may swap the wall that is entered and that which is left, and the latter then ends nothing. */
 typedef struct pti_span {
     const pti_volume *volume;
     pti_trace_function *trace;
@@ -4339,6 +4346,7 @@ typedef struct pti_span {
     float time, tmax;
     float from, to;                                      /* the present one; before the first: 0, 0 */
     int last;                                            /* no more to come */
+    int outside;                                         /* closed bounds are farther away than half their size */
 } pti_span;
 #define PTI_AIM_SHARE 0.35f                              /* w, at most: on four scenes 0.25 to 0.5 were hardly worse */
 typedef struct pti_aim { float at, distance, power; } pti_aim;       /* a lamp: t_k, D_k, Phi_k / (4 pi) */
@@ -4371,6 +4379,10 @@ typedef struct pti_flight {                              /* a ray of unit length
     int exceeded;                                        /* a density was above its maximum, or the looks ran out */
 } pti_flight;
 
+static int pti_span_is_outside(const pti_bounds *b, pt_vec3 p) {
+    pt_vec3 away = pti_max3(pti_sub(b->lo, p), pti_sub(p, b->hi));
+    return pti_largest(away) > 0.5f * pti_largest(pti_sub(b->hi, b->lo));
+}
 static void pti_span_begin(pti_span *s, const pti_flight *f, const pti_volume *v, float tmax) {
     pti_instance moved;
     s->volume = v;
@@ -4384,6 +4396,7 @@ static void pti_span_begin(pti_span *s, const pti_flight *f, const pti_volume *v
         s->org = pti_xform_point(&in->to_local, f->org);
         s->dir = pti_xform_vector(&in->to_local, f->dir);
     }
+    s->outside = v->kind == PTI_IN_CLOSED && pti_span_is_outside(&v->bounds->bvh.bounds, s->org);
 }
 static void pti_span_slab(float org, float dir, float *from, float *to) {      /* 0 <= org + t dir <= 1 */
     float a, b;
@@ -4437,7 +4450,8 @@ static int pti_span_closed(pti_span *s) {
         s->from = t;
         wall = pti_span_wall(s, s->from, &t);
         if (!wall || s->from >= s->tmax) return 0;
-        if (wall < 0) break;
+        if (wall < 0 && !s->outside) break;
+        s->outside = 0;
     }
     s->to = pti_min(t, s->tmax);
     return s->to > s->from;
@@ -7812,7 +7826,9 @@ static int pti_check_phase(pt_scene *s, const pt_medium_desc *d) {
         && pti_check(s, d->droplet_um == 0 || (d->droplet_um >= 5 && d->droplet_um <= 50), call,
                      "droplet_um must be 5 to 50, or 0 for 20", d->droplet_um)
         && pti_require(s, d->phase != PT_PHASE_USER || (d->phase_pdf && d->phase_sample), call,
-                       "PT_PHASE_USER needs phase_pdf and phase_sample");
+                       "PT_PHASE_USER needs phase_pdf and phase_sample")
+        && pti_require(s, d->phase == PT_PHASE_USER || (!d->phase_pdf && !d->phase_sample), call,
+                       "phase_pdf and phase_sample are for PT_PHASE_USER");
 }
 static int pti_check_grid(pt_scene *s, const pt_medium_desc *d) {
     const char *call = "pt_add_medium";
@@ -7843,8 +7859,11 @@ static int pti_check_medium(pt_scene *s, const pt_medium_desc *d) {
         && pti_require(s, !d->grid || !d->density, call, "grid and density: only one of them")
         && pti_check(s, !d->density || (d->density_max > 0 && pti_in_range(d->density_max)), call,
                      "density needs a density_max above 0 and below 1e12", d->density_max)
-        && pti_require(s, !d->density_bound || d->density, call, "density_bound without a density")
-        && pti_require(s, d->grid || (d->nx == 0 && d->ny == 0 && d->nz == 0), call, "nx, ny, nz, but grid is NULL")
+        && pti_require(s, d->density || (!d->density_bound && d->density_max == 0), call,
+                       "density_max or density_bound without a density")
+        && pti_require(s, !d->glow || !pti_is_zero3(d->emission), call, "glow multiplies emission, which is zero")
+        && pti_require(s, d->grid || (d->nx == 0 && d->ny == 0 && d->nz == 0 && d->grid_channels == 0), call,
+                       "nx, ny, nz or grid_channels, but grid is NULL")
         && (!d->grid || pti_check_grid(s, d))
         && pti_check(s, d->tracking >= PT_TRACK_EXACT && d->tracking <= PT_TRACK_MARCH_CDF, call, "tracking is no pt_tracking",
                      (float)(int)d->tracking)
@@ -8211,7 +8230,7 @@ PTI_NOINLINE pt_shape pti_add_placed(pt_scene *s, const char *call, const pt_sce
         || !pti_check_xform(s, call, to ? "from" : "xform", from, &inverse)
         || (to && !pti_check_xform(s, call, "to", to, &unused))) return none;
     flat = to ? pti_flat_time(from, to) : -1.0;
-    if (!pti_check(s, flat < 0, call, "on the way from one transform to the other, the time when it is without an inverse",
+    if (!pti_check(s, flat < 0, call, "on the way from one transform to the other, a time by when it has been without an inverse",
                    (float)flat)) return none;
     shape = pti_shape_slot(s, PTI_INSTANCE, 1, no_material);
     if (!shape) return none;
@@ -9095,12 +9114,14 @@ PT_DEF pt_result pt_scene_commit(pt_scene *s) {
     return PT_OK;
 }
 
-/* What was left out of the tree, and may have area now, needs a new one. */
+/* Trees keep their shape; but what was left out of one, and may have area now, needs a new one. Lamps are found anew. */
 static int pti_scene_refit(pt_scene *s, int threads) {
     const pti_geometry *g = &s->geometry;
     size_t i, k;
     for (i = 0; i < g->shape_count; i++) {
         const pti_mesh *m = &g->shapes[i].as.mesh;
+        if (g->shapes[i].kind == PTI_INSTANCE && !g->shapes[i].as.instance.scene->committed)
+            return pti_fail(&s->error, PT_ERR_STATE, "pt_scene_refit: a scene that is placed could not be refitted"), 0;
         if (g->shapes[i].kind != PTI_MESH || m->owned) continue;
         for (k = 0; k < m->vertex_count; k++)
             if (!pti_check_vertex(s, "pt_scene_refit", k, pti_mesh_position(m, (uint32_t)k))) return 0;
@@ -9110,7 +9131,6 @@ static int pti_scene_refit(pt_scene *s, int threads) {
         pti_bvh_free(&s->geometry.bvh, &s->allocator);
         if (!pti_bvh_build(&s->geometry, &s->allocator, s->quality, threads)) return 0;
     } else pti_bvh_refit(&s->geometry, threads);
-    if (!s->lights.count) return 1;
     pti_free(&s->allocator, s->lights.nodes, s->lights.node_capacity, sizeof(pti_light_node));
     s->lights.nodes = NULL;
     s->lights.count = s->lights.node_count = s->lights.node_capacity = 0;
@@ -9121,7 +9141,7 @@ PT_DEF pt_result pt_scene_refit(pt_scene *s) {
     int fine;
     if (!s) return PT_ERR_MEMORY;
     if (s->error.code != PT_OK) return s->error.code;
-    if (!s->committed || s->filling_count) {
+    if (!s->committed || s->volumes.count) {
         pti_fail(&s->error, PT_ERR_STATE, s->committed ? "pt_scene_refit: the scene has media: build it anew"
                                                        : "pt_scene_refit: the scene is not committed");
         return s->error.code;
@@ -11148,9 +11168,9 @@ PT_DEF void pt_render_cancel(pt_render *r) {
 static void pti_render_warn(pt_render *r, uint64_t exceeded) {
     const pt_logger *l = &r->error.logger;
     if (exceeded && !r->stats.exceeded && l->log)
-        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is above its density_max or density_bound, or so far "
-                                       "below, or marched through in such small steps, that flights do not end; such samples are "
-                                       "discarded");
+        (*l->log)(l->user, PT_ERR_ARG, "pt_render: a medium's density is NaN, or above its density_max or density_bound; or it is "
+                                       "so far below, or marched through in such small steps, that flights do not end; such "
+                                       "samples are discarded");
     r->stats.exceeded += exceeded;
 }
 PT_DEF pt_result pt_render_work(pt_render *r) {

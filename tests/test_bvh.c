@@ -464,9 +464,11 @@ static void triangles_that_became_flat(void) {
 static void what_else_refit_does(void) {
     pt_rng r;
     mesh m;
-    pt_scene *s, *fresh;
+    pt_scene *s, *fresh, *outer;
     pt_material_desc lamp;
     pt_medium_desc fog;
+    float *was;
+    size_t k;
     pt_shape ball_of_fog;
     pt_material none = { 0 };
     pt_rng_seed(&r, 13, 2);
@@ -485,6 +487,15 @@ static void what_else_refit_does(void) {
     CHECK(!memcmp(s->lights.emitters, fresh->lights.emitters, 40 * sizeof *s->lights.emitters));
     CHECK(s->lights.node_count == fresh->lights.node_count
           && !memcmp(s->lights.nodes, fresh->lights.nodes, s->lights.node_count * sizeof *s->lights.nodes));
+    was = (float *)malloc(m.vertices * 3 * sizeof *was); /* all lamps shut, then open again */
+    memcpy(was, m.p, m.vertices * 3 * sizeof *was);
+    for (k = 0; k < m.vertices * 3; k++) m.p[k] = 0;
+    CHECK(pt_scene_refit(s) == PT_OK);
+    CHECK_EQ_INT(s->lights.count, 0);
+    memcpy(m.p, was, m.vertices * 3 * sizeof *was);
+    free(was);
+    CHECK(pt_scene_refit(s) == PT_OK);
+    CHECK_EQ_INT(s->lights.count, 40);
     m.p[9] = m.p[11] = 0;
     m.p[10] = HUGE_VALF;
     CHECK(pt_scene_refit(s) == PT_ERR_ARG);
@@ -503,6 +514,12 @@ static void what_else_refit_does(void) {
     pt_add_volume(s, ball_of_fog, pt_add_medium(s, &fog));
     committed(s);
     CHECK(pt_scene_refit(s) == PT_ERR_STATE);
+    outer = pt_scene_create(NULL);                       /* which shows that one */
+    pt_add_instance(outer, s, NULL);
+    committed(outer);
+    CHECK(pt_scene_refit(outer) == PT_ERR_STATE);
+    CHECK_STR(pt_scene_error(outer), "pt_scene_refit: the scene has media: build it anew");
+    pt_scene_destroy(outer);
     pt_scene_destroy(s);
     s = committed(pt_scene_create(NULL));
     CHECK(pt_scene_refit(s) == PT_OK);                   /* an empty one */

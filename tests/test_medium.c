@@ -502,6 +502,29 @@ static void glow_of_a_slab(void) {
 
 /* What glows far off, 300 mean free paths of it or without an end, in light that fades: epsilon / sigma, a channel. By itself; in
    dark fog; with a channel that meets nothing; on a grid. */
+/* At the rim of a mesh, seen from afar, the wall that a ray enters by may seem to lie behind the one it leaves by: which once meant
+   that it had been inside all the way. No chord of the octahedron is longer than 2. */
+static void rims_far_away_do_not_glow(void) {
+    static const float p[18] = { 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1 };
+    static const uint32_t index[24] = { 0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5 };
+    static float rgb[128 * 128 * 3];
+    int far;
+    for (far = 0; far < 2; far++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_medium_desc d = grey_medium(0, 0);
+        pt_render_desc v = view(pt_v3(far ? 1000.0f : 2, far ? 200.0f : 1, far ? 1100.0f : 2), pt_v3(0, 0, 0), far ? 0.1f : 50.0f, 128, 64);
+        float most = 0;
+        int i;
+        test_case(far ? "1500 m away" : "3 m away");
+        d.emission = pt_v3(1, 1, 1);
+        pt_add_volume(s, pt_add_mesh(s, &(pt_mesh_desc){ .positions = p, .vertex_count = 6, .indices = index, .index_count = 24 }),
+                      pt_add_medium(s, &d));
+        if (!commit(s) || !render(s, &v, rgb, NULL)) return;
+        for (i = 0; i < 128 * 128 * 3; i++) most = pti_max(most, rgb[i]);
+        CHECK(most > 1.2f && most <= 2.001f);
+        pt_scene_destroy(s);
+    }
+}
 static void far_glow_is_seen(void) {
     static const char *names[] = { "everywhere", "box", "in dark fog", "a clear channel", "grid" };
     static const float one[1] = { 1 };
@@ -913,13 +936,14 @@ static void too_dense_functions_are_noticed(void) {
 static float low_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; (void)hi; return 3; }
 static float negative_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; (void)hi; return -1; }
 static float nan_bound(void *user, pt_vec3 lo, pt_vec3 hi) { (void)user; (void)lo; (void)hi; return NAN; }
+static pt_vec3 no_glow(void *user, pt_vec3 p) { (void)user; (void)p; return pt_v3(0, 0, 0); }
 static void bad_input_is_refused(void) {
     static const float grid[2] = { 1, -1 }, fine_grid[2] = { 1, 1 }, grid_a_channel[6] = { 1, 1, 1, 1, 1, -1 };
     static const char *words[] = { "sigma_a", "sigma_s", "emission", "g must", "g2 must", "mix must", "alpha must", "droplet_um",
-        "phase is no", "phase_pdf", "only one", "density_max", "density_bound without", "nx must", "voxel (1, 0, 0)", "tracking is no",
+        "phase is no", "phase_pdf", "only one", "density_max", "without a density", "nx must", "voxel (1, 0, 0)", "tracking is no",
         "step above 0", "needs bounds", "no medium", "medium 7", "shape, 9", "inside", "at most density_max", "NULL", "g must", "needs bounds",
         "grid_channels must", "voxel (1, 0, 0)", "grid is NULL", "at most density_max",
-        "at least 0" };
+        "at least 0", "without a density", "which is zero", "grid is NULL", "are for PT_PHASE_USER" };
     int k;
     for (k = 0; k < (int)(sizeof words / sizeof *words); k++) {
         pt_scene *s = pt_scene_create(NULL);
@@ -953,6 +977,10 @@ static void bad_input_is_refused(void) {
         if (k == 28) d.nx = d.ny = d.nz = 2;
         if (k == 29) { d.density = ramp; d.density_max = 1; d.density_bound = nan_bound; }
         if (k == 30) { d.density = ramp; d.density_max = 1; d.density_bound = negative_bound; }
+        if (k == 31) d.density_max = 1;
+        if (k == 32) d.glow = no_glow;
+        if (k == 33) d.grid_channels = 3;
+        if (k == 34) d.phase_pdf = up_pdf;
         m = pt_add_medium(s, k == 23 ? NULL : &d);
         if (k == 17 || k == 25) pt_add_volume(s, everywhere, m);
         if (k == 18) m.id = 0;
@@ -1396,7 +1424,7 @@ void test_medium(void) {
     RUN(marches_are_as_biased_as_they_say); RUN(weights_make_up_for_sampling);
     RUN(flights_that_must_hit); RUN(fog_without_end_and_flat_boxes); RUN(a_void_is_like_dark_walls);
     RUN(marches_keep_bounds); RUN(furnaces_are_white); RUN(half_space_albedo); RUN(absorption_is_exact); RUN(glow_of_a_slab); RUN(fire_lights_a_floor);
-    RUN(many_fires_light_a_floor); RUN(marches_glow_as_far_as_they_come); RUN(far_glow_is_seen); RUN(a_mesh_has_one_inside);
+    RUN(many_fires_light_a_floor); RUN(marches_glow_as_far_as_they_come); RUN(far_glow_is_seen); RUN(rims_far_away_do_not_glow); RUN(a_mesh_has_one_inside);
     RUN(filled_instances_keep_their_volumes); RUN(particles_know_their_volume); RUN(lamp_in_fog_deep_for_blue);
     RUN(agrees_on_a_lamp_in_fog); RUN(agrees_on_juice); RUN(agrees_on_a_mesh_in_two_media); RUN(agrees_on_smoke);
     RUN(agrees_on_smoke_a_channel);

@@ -245,7 +245,7 @@ static int race(const options *o, const char *name, scores total[], FILE *csv) {
     void *built[KNOWN];
     double triangles = 0;
     int i;
-    if (!scene_make(&s, name)) { printf("%s: not here, skipped\n", name); return 0; }
+    if (!scene_make(&s, name)) { printf("%s: its mesh is not in ../shared/data, skipped\n", name); return 0; }
     for (i = 0; i < s.parts; i++) triangles += (double)s.part[i].triangles;
     printf("%s, %.0f triangles\n", name, triangles);
     for (i = 0; i < o->library_count; i++) {
@@ -296,6 +296,7 @@ static void count_leaks(const options *o) {
     for (i = 0; i < o->library_count; i++) {
         const kernel_library *l = o->libraries[i];
         void *built = l->build(&s, o->isa, 1);
+        if (!built) { printf("%s could not build it, or not for --isa %s\n", l->name, o->isa ? o->isa : "(the best)"); exit(1); }
         printf("%s: rays aimed at edges and corners that hit nothing:", l->name);
         for (kind = 0; kind < 3; kind++) {
             kernel_random r = random_seed((uint32_t)kind);
@@ -317,7 +318,7 @@ static void count_leaks(const options *o) {
 static const char help[] =
     "usage: kernels [options]\n"
     "  --quick              512 x 512 primary rays, medians of 3\n"
-    "  --size N, --runs N   N x N primary rays (1024), medians of N (7; 99 at most)\n"
+    "  --size N, --runs N   N x N primary rays (1024; 16 to 8192), medians of N (7; 99 at most)\n"
     "  --scenes a,b,...     of cornell, bunny, arch, blobs, instances, and grow with a number of triangles; bunny is read from\n"
     "                       ../shared/data/meshes, and left out where that is not\n"
     "  --grow               scenes of 10^2 to 10^7 triangles, to see what a ray costs\n"
@@ -341,8 +342,34 @@ static int is_here(const char *library) {
     for (k = 0; k < (int)KNOWN; k++) if (!strcmp(known[k]->name, library)) return 1;
     return 0;
 }
+/* A whole number in its range; 0, after a word about it, if that is none. */
+static int number(const char *option, const char *text, double least, double most, double *out) {
+    char *end;
+    *out = strtod(text, &end);
+    if (end != text && !*end && *out >= least && *out <= most && *out == floor(*out)) return 1;
+    fprintf(stderr, "kernels: %s is a whole number from %.0f to %.0f, not '%s'\n", option, least, most, text);
+    return 0;
+}
+/* Of names and commas: are they scenes? Those with a number are made to measure. */
+static int are_scenes(const char *list) {
+    static const char *const names[5] = { "cornell", "bunny", "arch", "blobs", "instances" };
+    const char *p = list;
+    if (!*list) { fprintf(stderr, "kernels: --scenes names none; see --help\n"); return 0; }
+    while (*p) {
+        int n = (int)strcspn(p, ","), k;
+        for (k = 0; k < 5 && !((int)strlen(names[k]) == n && !strncmp(p, names[k], (size_t)n)); k++) {}
+        if (k == 5 && !(n > 4 && !strncmp(p, "grow", 4) && (int)strspn(p + 4, "0123456789") == n - 4 && atof(p + 4) >= 100
+                        && atof(p + 4) <= 1e8)) {
+            fprintf(stderr, "kernels: there is no scene '%.*s' (grow takes 100 to 100000000); see --help\n", n, p);
+            return 0;
+        }
+        p += n + (p[n] == ',');
+    }
+    return 1;
+}
 /* 0: go on, else main's result plus 1 */
 static int parse(options *o, int argc, char **argv) {
+    double value_of;
     int i, k;
     memset(o, 0, sizeof *o);
     o->runs = 7; o->size = 1024; o->build = 1; o->threads = 2;
@@ -357,20 +384,26 @@ static int parse(options *o, int argc, char **argv) {
         if (!strcmp(argv[i], "--quick")) { o->quick = 1; o->runs = 3; o->size = 512; continue; }
         if (!strcmp(argv[i], "--no-build")) { o->build = 0; continue; }
         if (!strcmp(argv[i], "--grow")) { o->scenes = "grow100,grow1000,grow10000,grow100000,grow1000000,grow10000000"; continue; }
-        if (!strcmp(argv[i], "--runs")) o->runs = atoi(value);
-        else if (!strcmp(argv[i], "--leaks")) {
-            if (!(atof(value) >= 3)) { fprintf(stderr, "kernels: --leaks is 3 rays at least\n"); return 3; }
-            o->leaks = (size_t)atof(value);
+        if (!strcmp(argv[i], "--runs")) {
+            if (!number("--runs", value, 1, MOST_RUNS, &value_of)) return 3;
+            o->runs = (int)value_of;
+        } else if (!strcmp(argv[i], "--leaks")) {
+            if (!number("--leaks", value, 3, 1e12, &value_of)) return 3;
+            o->leaks = (size_t)value_of;
+        } else if (!strcmp(argv[i], "--size")) {
+            if (!number("--size", value, 16, 8192, &value_of)) return 3;
+            o->size = (int)value_of;
         }
-        else if (!strcmp(argv[i], "--size")) o->size = atoi(value);
         else if (!strcmp(argv[i], "--isa")) {
             static const char *const names[4] = { "scalar", "sse2", "avx2", "neon" };
             for (k = 0; k < 4 && strcmp(value, names[k]); k++) { }
             if (k == 4) { fprintf(stderr, "kernels: there is no --isa %s\n", value); return 3; }
             o->isa = value;
         }
-        else if (!strcmp(argv[i], "--threads")) o->threads = atoi(value);
-        else if (!strcmp(argv[i], "--scenes")) o->scenes = value;
+        else if (!strcmp(argv[i], "--threads")) {
+            if (!number("--threads", value, 1, 4096, &value_of)) return 3;
+            o->threads = (int)value_of;
+        } else if (!strcmp(argv[i], "--scenes")) { if (!are_scenes(o->scenes = value)) return 3; }
         else if (!strcmp(argv[i], "--csv")) o->csv = value;
         else if (!strcmp(argv[i], "--libraries")) {
             char list[256], *name;
@@ -389,14 +422,12 @@ static int parse(options *o, int argc, char **argv) {
         for (k = 0; k < KNOWN; k++)
             if (!strncmp(known[k]->name, "pt", 2) && strcmp(known[k]->name, "pt_best")) o->libraries[o->library_count++] = known[k];
     }
-    if (o->runs > 0 && o->runs <= MOST_RUNS && o->size > 0 && o->threads > 0 && o->threads <= 4096) return 0;
-    fprintf(stderr, "kernels: --runs is 1 to %d, --size at least 1, --threads 1 to 4096\n", (int)MOST_RUNS);
-    return 3;
+    return 0;
 }
 int main(int argc, char **argv) {
     options o;
     scores total[KNOWN];
-    char list[256], *name, *rest = list;
+    char *list, *name, *rest;
     FILE *csv = NULL;
     int i;
     i = parse(&o, argc, argv);
@@ -406,9 +437,11 @@ int main(int argc, char **argv) {
     if (!is_here("embree")) printf("Embree 3 (libembree-dev) is not here: our figures alone\n");
     if (o.leaks) { count_leaks(&o); return 0; }
     if (o.csv && !(csv = fopen(o.csv, "w"))) { fprintf(stderr, "kernels: cannot write %s\n", o.csv); return 1; }
-    snprintf(list, sizeof list, "%s", o.scenes);
+    rest = list = (char *)malloc(strlen(o.scenes) + 1);
+    strcpy(list, o.scenes);
     for (i = 0; (name = strtok_r(rest, ",", &rest)) != NULL; ) i += race(&o, name, total, csv);
-    if (csv) fclose(csv);
+    free(list);
+    if (csv && (ferror(csv) | fclose(csv))) { fprintf(stderr, "kernels: %s could not be written whole\n", o.csv); return 1; }
     if (!i) return 1;                                    /* nothing was raced */
     for (i = 1; i < o.library_count; i++) {
         const scores *t = &total[i];
