@@ -42,16 +42,16 @@
      >>warp       from the unit square to disks, hemispheres, cones, triangles, rectangles, tables; each with its density
      >>spectrum   the colours of single wavelengths
      >>shape      triangles, spheres, instances, users' shapes: bounds and intersection
-     >>bvh        the binned SAH build, spatial splits, the collapse into eight-wide nodes
+     >>bvh        the binned SAH build, spatial splits, the collapse into eight-wide nodes, refit
      >>kernel     ray against boxes and triangles for each instruction set; the traversal
      >>texture    pictures, patterns and callbacks
-     >>medium     phase functions, free flights through volumes
+     >>medium     phase functions, free flights through volumes, the glow round lamps in fog
      >>microfacet Fresnel, GGX, fuzz, and how much light rough surfaces send on
      >>measured   tables of measured BRDFs, and the density fitted to each
      >>bsdf       lobes: diffuse, metal, glass, panes, coats, users' BSDFs
      >>material   from numbers and textures to lobes
      >>light      emitters by solid angle, the light tree, suns, the sky, environments
-     >>scene      adding, checking, committing
+     >>scene      adding, checking, committing; fires and the aureole of a sun, as densities
      >>guide      a density that learns where light comes from
      >>mixture    the one density that a path draws its next direction from
      >>path       the estimator
@@ -1962,8 +1962,8 @@ typedef struct pti_ray {                                 /* fours first: compile
    t. */
 static void pti_ray_slow_axis(pti_ray *r, int k, float largest, float later) {
     float d = r->dir[k], offset, pad, inverse, farthest = pti_largest_abs(pt_v3(r->org[0], r->org[1], r->org[2]));
-    int moves = fabsf(d) > largest * 1e-21f;           /* 1e-8 m in 1e13 */
-    inverse = 1 / (moves ? d : largest * 1e-26f);
+    int moves = fabsf(d) > largest * 1e-21f;             /* by 1e-8 m on a way of 1e13, the longest there is */
+    inverse = 1 / (moves ? d : largest * 1e-26f);        /* else as if by 1e-13 m */
     offset = r->org[k] * inverse;
     pad = PTI_ULPS_8 * farthest * fabsf(inverse) + (moves ? 0.0f : inverse * 1e-8f);
     r->near_inverse[k] = inverse;
@@ -2131,7 +2131,8 @@ static pti_bounds pti_shape_bounds(const pti_shape *s, uint32_t i) {
        cost = area(left) packets(left) + area(right) packets(right)
    over bins along the three axes (Wald 2007). Then nodes of the two are put together to nodes of up to eight, those that rays will
    meet least. Leaves hold one packet of triangles, or one other object. Triangles that fill little of their
-   boxes are cut in pieces, before the tree grows or, for the best quality, as it does.
+   boxes are cut in pieces, before the tree grows or, for the best quality, as it does. At the end: how far placed scenes reach, and
+   refitting.
    Threads share the work, in an order that chance decides, but what each of them does depends on nothing but the range: the
    tree is the same for any number of them. */
 
@@ -2220,7 +2221,9 @@ static float pti_box_area(const pti_box *b) {            /* half of it */
     return d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
 }
 PTI_INLINE pti_f4 pti_ref_center(const pti_ref *r) { return pti_f4_add(pti_f4_load(r), pti_f4_load(r->hi)); }  /* twice it */
-static const pti_shape *pti_ref_shape(const pti_builder *b, const pti_ref *r) { return b->g->shapes + (r->shape ^ PTI_MIDDLING); }
+static uint32_t pti_ref_index(const pti_ref *r) { return r->shape ^ PTI_MIDDLING; }
+static uint32_t pti_ref_prim(const pti_ref *r) { return r->prim ^ PTI_MIDDLING; }
+static const pti_shape *pti_ref_shape(const pti_builder *b, const pti_ref *r) { return b->g->shapes + pti_ref_index(r); }
 
 static pti_range pti_range_make(const pti_builder *b, size_t begin, size_t end, size_t room, int depth) {
     pti_range r;
@@ -2407,7 +2410,7 @@ static void pti_range_partition(pti_builder *b, const pti_range *r, const pti_bi
     pti_share_room(b, r, r->begin + middle, r->end, left, right);
 }
 static void pti_ref_triangle(const pti_builder *b, const pti_ref *r, pt_vec3 v[3]) {
-    pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, r->prim ^ PTI_MIDDLING, v);
+    pti_mesh_triangle(&pti_ref_shape(b, r)->as.mesh, pti_ref_prim(r), v);
 }
 /* Makes the box of a piece smaller: what of the triangle lies between two planes across an axis. The roundings here are less
    than the pads: some of the triangle's size, some of its coordinates'. */
@@ -2536,7 +2539,7 @@ static int pti_partition_space(pti_builder *b, const pti_range *r, const pti_cut
         b->refs[middle] = piece;
     }
     if (middle == r->begin || middle == end) return 0;
-    *left = pti_range_make(b, r->begin, middle, middle, 0);
+    *left = pti_range_make(b, r->begin, middle, middle, 0);        /* depths are pti_share_room's to set */
     *right = pti_range_make(b, middle, end, end, 0);
     pti_share_room(b, r, middle, end, left, right);
     return 1;
@@ -2598,7 +2601,9 @@ static void pti_split_range(pti_builder *b, const pti_range *r, pti_range *left,
         *right = pti_range_make(b, middle, r->end, r->room, r->depth + 1);
     }
 }
-#define PTI_FEW_SPLITS 16                                /* that a task takes at a time, from the second lot on: 0 means a leaf */
+/* Splits are numbered; 0, which none has, stands for a leaf. The upper levels number theirs from 1 on; below, each task takes a lot
+   of so many numbers at a time, the first of them a multiple of that: there, and at 0, it needs another lot. */
+#define PTI_FEW_SPLITS 16
 static size_t pti_next_split(pti_builder *b, size_t *next) {       /* *next: 0 at first */
     if (*next % PTI_FEW_SPLITS == 0) {
         pti_lock(&b->lock);
@@ -2797,7 +2802,11 @@ static void pti_order_branches(const pti_builder *b, pti_branch part[PTI_WIDTH],
 static uint32_t pti_place_packet(uint32_t at, uint32_t count) { return (at << 2 | (count - 1)) + 1; }      /* 0: there is none */
 #define PTI_PLACES 1024
 typedef struct pti_place { pti_branch whole; size_t at, size; } pti_place;
-typedef struct pti_places { pti_builder *builder; pti_place place[PTI_PLACES]; size_t count, next, most; } pti_places;
+typedef struct pti_places {
+    pti_builder *builder;
+    pti_place place[PTI_PLACES];
+    size_t count, next, most;                            /* how many; which the second pass meets next; primitives in one */
+} pti_places;
 
 static uint32_t pti_lay_out(pti_builder *b, const pti_branch *p, size_t *used, pti_places *rest) {
     pti_branch part[PTI_WIDTH];
@@ -2809,7 +2818,7 @@ static uint32_t pti_lay_out(pti_builder *b, const pti_branch *p, size_t *used, p
         const pti_ref *ref = b->refs + p->begin;
         int object = pti_ref_shape(b, ref)->kind != PTI_MESH;
         if (b->g->bvh.blocks) b->places[p->begin] = object ? 0 : pti_place_packet(at, b->places[p->begin]);
-        if (object) return PTI_OBJECT | (ref->shape ^ PTI_MIDDLING);
+        if (object) return PTI_OBJECT | pti_ref_index(ref);
         *used += PTI_PACKET_BLOCKS;
         return PTI_LEAF | at;
     }
@@ -2819,7 +2828,7 @@ static uint32_t pti_lay_out(pti_builder *b, const pti_branch *p, size_t *used, p
     }
     *used += PTI_NODE_BLOCKS;
     count = pti_open_branch(b, p, PTI_WIDTH, 1, part);
-    if (b->g->bvh.blocks || rest) pti_order_branches(b, part, box, count);
+    if (b->g->bvh.blocks || rest) pti_order_branches(b, part, box, count);     /* both passes find places in one order */
     if (b->g->bvh.blocks) {
         n = pti_node_at(&b->g->bvh, at);
         for (k = 0; k < PTI_WIDTH; k++) pti_node_set(n, k, &box[k], PTI_NONE);
@@ -2854,7 +2863,7 @@ static void pti_packet_fill(const pti_builder *b, pti_packet *p, size_t begin, s
     memset(p, 0xff, sizeof *p);                          /* NaN, and ids that do not exist */
     for (i = begin; i < end; i++) {
         const pti_shape *shape = pti_ref_shape(b, b->refs + i);
-        uint32_t prim = b->refs[i].prim ^ PTI_MIDDLING;
+        uint32_t prim = pti_ref_prim(b->refs + i);
         pt_vec3 v[3];
         pti_mesh_triangle(&shape->as.mesh, prim, v);
         for (corner = 0; corner < 3; corner++) {
@@ -4928,8 +4937,8 @@ static pt_vec3 pti_flight_transmittance(pti_flight *f, float t) {
     return T;
 }
 /* What glows along the way up to t, where the path got by chance: epsilon at two places, over the density that they were drawn
-   with, times the weight of having come there. Places are drawn as majorants go, so none from where nothing is. (In two fires two
-   have 1.4 and 1.7 times the efficiency of one; four and eight gain no more than they cost.) */
+   with, times the weight of having come there. Places are drawn as majorants go, so none from where nothing is. (Measured in two
+   fires: two places are 1.4 and 1.7 times as efficient as one; four and eight gain no more than they cost.) */
 #define PTI_GLOWS 2
 /* The integral of majorants up to tmax; *at and *most are the place where it reaches target, or the last one, and what stands
    there. */
@@ -4978,8 +4987,8 @@ static pt_vec3 pti_glow_at(pti_flight *f, const pti_volume *v, float t, float in
 /* A path goes on as far as chance lets it, or where nothing scatters as far as it can; but light fades, by what is weighed: here,
    and in fog everywhere. So a quarter of the places are drawn evenly, and one as each channel fades,
        p(s) = 1/4 (1 / S + sum_c sigma_c e^(-sigma_c s) / (1 - e^(-sigma_c S))),      0 <= s <= S.
-   Where densities vary, majorants fade faster than light does: so deep ones have, for the latter, 1 / (1 + sigma s) over its
-   integral, which leaves each power of two the same. */
+   Where densities vary, majorants fade faster than light does: so where those are deep, half of the places are drawn evenly, and
+   half by 1 / (1 + sigma s) over its integral, which gives each power of two the same. */
 #define PTI_GLOW_DEEP 16.0f                              /* optical depth */
 static pt_vec3 pti_glow_fading(const pti_flight *f, const pti_volume *v) {       /* sigma_c */
     const pti_volume *all = f->volumes->all;
