@@ -564,7 +564,7 @@ typedef struct pt_render_desc {
                                                              the picture, and that are thrown away; 0 = no guiding. For
                                                              light that comes through a gap: an eighth of spp, and spp in
                                                              the hundreds. Where it sees soon that BSDF, lights and
-                                                             environment do as well, it leaves it to them. Up to 29 MB */
+                                                             environment do as well, it leaves it to them. Up to 30 MB */
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
                                                              finished it; nonzero cancels. It may call pt_render_pixels,
@@ -9271,6 +9271,7 @@ PT_DEF size_t pt_occluded_all(const pt_scene *s, const pt_ray *rays, size_t coun
 #define PTI_GUIDE_PRIOR 1024                             /* m */
 #define PTI_GUIDE_FEW 32                                 /* too few records to learn from */
 #define PTI_GUIDE_STEPS 8                                /* of expectation maximisation */
+#define PTI_GUIDE_WAYS 4096                              /* records that a cell learns from; of more, only every so many-th */
 #define PTI_GUIDE_BRIGHT 200                             /* v counts for up to so many times its mean */
 #define PTI_GUIDE_RECORDS 524288                         /* that are kept at a time; each has come to light */
 enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PARTS };
@@ -9278,26 +9279,28 @@ enum { PTI_PART_BSDF, PTI_PART_LIGHTS, PTI_PART_ENVIRONMENT, PTI_PARTS };
 typedef struct pti_guide_window { pt_vec3 center; float weight; } pti_guide_window;
 typedef struct pti_guide_pane { float x[PTI_GUIDE_LANES], y[PTI_GUIDE_LANES], z[PTI_GUIDE_LANES], weight[PTI_GUIDE_LANES]; }
     pti_guide_pane;
-/* Divided at split into two, child and the one beside it; or, with child 0, a leaf: count panes of windows, the guide's share
-   of the mixture, and the other parts'. */
-typedef struct pti_guide_cell {
-    float split;
-    uint32_t axis, child, first, count;
-    float share, part[PTI_PARTS];
-} pti_guide_cell;
+/* Space, divided at split; next: four times the fork that is below it, above it being the one after, and the axis; or, where it is
+   divided no more, four times the cell, and 3. Small, since each vertex goes down a dozen of them. */
+typedef struct pti_guide_fork { float split; uint32_t next; } pti_guide_fork;
+/* count panes of windows, the guide's share of the mixture, and the other parts'. */
+typedef struct pti_guide_cell { uint32_t first, count; float share, part[PTI_PARTS]; } pti_guide_cell;
 typedef struct pti_guide_record {
     pt_vec3 p, wi;
     float distance, value, part[PTI_PARTS];              /* value: v; part: the other parts' densities of wi */
     uint32_t face;
 } pti_guide_record;
 typedef struct pti_guide_weights { float cube[PTI_GUIDE_CUBES]; double part[PTI_PARTS]; } pti_guide_weights;
+/* The cubes along a record's way, and p_k of each. */
+typedef struct pti_guide_way { int count; uint16_t cube[3 * PTI_GUIDE_GRID]; float pdf[3 * PTI_GUIDE_GRID]; } pti_guide_way;
 typedef struct pti_guide {
-    pti_guide_cell *cells;                               /* the first six: one a face */
+    pti_guide_fork *forks;                               /* the first six: one a face */
+    pti_guide_cell *cells;                               /* the first one is empty */
     pti_guide_pane *panes;
     pti_guide_record *records;
     pti_guide_weights *weights;                          /* while cells learn: of the one at each level */
     float *sums;                                         /* of cubes, in a step */
-    uint32_t cell_count, cell_capacity, pane_count, pane_capacity, record_count, record_capacity;
+    pti_guide_way *ways;                                 /* of the records that a cell learns from */
+    uint32_t fork_count, fork_capacity, cell_count, cell_capacity, pane_count, pane_capacity, record_count, record_capacity;
     pt_vec3 origin;                                      /* of the cubes */
     float size, radius2, narrow;                         /* a cube's side; r^2; 1 / (2 r^2) */
     double share;                                        /* of windows, in the mean over all records */
@@ -9310,9 +9313,15 @@ static uint32_t pti_guide_face(const pt_vertex *x) {
     return ax >= ay && ax >= az ? n.x < 0 : ay >= az ? 2u + (n.y < 0) : 4u + (n.z < 0);
 }
 static const pti_guide_cell *pti_guide_find(const pti_guide *g, uint32_t face, pt_vec3 p) {
-    const pti_guide_cell *c = g->cells + face;
-    while (c->child) c = g->cells + c->child + (pti_axis(p, (int)c->axis) >= c->split);
-    return c;
+    const pti_guide_fork *f = g->forks + face;
+    float at[3], beyond;
+    uint32_t bits;
+    at[0] = p.x; at[1] = p.y; at[2] = p.z;
+    for (; (f->next & 3) != 3; f = g->forks + (f->next >> 2) + (~bits >> 31)) {
+        beyond = at[f->next & 3] - f->split;             /* its sign decides: chance would mislead a branch */
+        memcpy(&bits, &beyond, sizeof bits);
+    }
+    return g->cells + (f->next >> 2);
 }
 /* 1 / (1 - cos a), d2 being the square of the distance. */
 static float pti_guide_narrow(const pti_guide *g, float d2) { return 0.5f + d2 * g->narrow; }
@@ -9350,12 +9359,10 @@ static float pti_guide_pdf(const pti_guide *g, const pti_guide_cell *c, pt_vec3 
 
 /* ---- learning ---- */
 
-typedef struct pti_guide_way { int count; uint32_t cube[3 * PTI_GUIDE_GRID]; float pdf[3 * PTI_GUIDE_GRID]; } pti_guide_way;
-
 static pt_vec3 pti_guide_center(const pti_guide *g, int x, int y, int z) {
     return pti_madd(pt_v3((float)x + 0.5f, (float)y + 0.5f, (float)z + 0.5f), g->size, g->origin);
 }
-/* The cubes along the record's way, from one to the next (Amanatides and Woo 1987), and p_k of each. */
+/* From one cube to the next (Amanatides and Woo 1987). */
 static void pti_guide_walk(const pti_guide *g, const pti_guide_record *r, pti_guide_way *way) {
     int v[3], step[3], k;
     float next[3], delta[3];
@@ -9371,31 +9378,31 @@ static void pti_guide_walk(const pti_guide *g, const pti_guide_record *r, pti_gu
     for (;;) {
         pt_vec3 d = pti_sub(pti_guide_center(g, v[0], v[1], v[2]), r->p);
         k = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : next[1] < next[2] ? 1 : 2;
-        way->cube[way->count] = (uint32_t)(v[0] + PTI_GUIDE_GRID * (v[1] + PTI_GUIDE_GRID * v[2]));
+        way->cube[way->count] = (uint16_t)(v[0] + PTI_GUIDE_GRID * (v[1] + PTI_GUIDE_GRID * v[2]));
         way->pdf[way->count++] = 0.5f / PTI_PI * pti_guide_narrow(g, pti_dot(d, d));
         v[k] += step[k];
         if (next[k] > r->distance || v[k] < 0 || v[k] >= PTI_GUIDE_GRID) return;
         next[k] += delta[k];
     }
 }
-/* A step of expectation maximisation on the weights of a cell. 0: there was nothing to learn. */
-static int pti_guide_step(pti_guide *g, int level, const pti_guide_record *records, uint32_t n, double most) {
+/* A step of expectation maximisation on the weights of a cell, from every stride-th record. 0: there was nothing to learn. */
+static int pti_guide_step(pti_guide *g, int level, const pti_guide_record *records, uint32_t n, uint32_t stride, double most) {
     pti_guide_weights *w = g->weights + level;
     const pti_guide_weights *prior = level ? w - 1 : w;
     double total = 0, sum[PTI_PARTS] = { 0, 0, 0 }, r[PTI_PARTS];
     double believed = level ? PTI_GUIDE_PRIOR / (PTI_GUIDE_PRIOR + (double)n) : 0.0;
-    const pti_guide_record *record = records, *end = records + n;
-    pti_guide_way way;
+    const pti_guide_way *way = g->ways;
+    uint32_t i;
     int k;
     memset(g->sums, 0, PTI_GUIDE_CUBES * sizeof *g->sums);
-    for (; record < end; record++) {
-        double v = (double)record->value < most ? (double)record->value : most, p = 0;
-        pti_guide_walk(g, record, &way);
-        for (k = 0; k < PTI_PARTS; k++) p += r[k] = w->part[k] * (double)record->part[k];
-        for (k = 0; k < way.count; k++) p += (double)(way.pdf[k] *= w->cube[way.cube[k]]);
+    for (i = 0; i < n; i += stride, way++) {
+        double v = (double)records[i].value < most ? (double)records[i].value : most, p = 0;
+        for (k = 0; k < PTI_PARTS; k++) p += r[k] = w->part[k] * (double)records[i].part[k];
+        for (k = 0; k < way->count; k++) p += (double)(way->pdf[k] * w->cube[way->cube[k]]);
         if (!(p > 0)) continue;
         for (k = 0; k < PTI_PARTS; k++) sum[k] += v / p * r[k];
-        for (k = 0; k < way.count; k++) g->sums[way.cube[k]] += (float)(v / p * (double)way.pdf[k]);
+        for (k = 0; k < way->count; k++)
+            g->sums[way->cube[k]] += (float)(v / p * (double)(way->pdf[k] * w->cube[way->cube[k]]));
         total += v;
     }
     if (!(total > 0)) return 0;
@@ -9405,14 +9412,13 @@ static int pti_guide_step(pti_guide *g, int level, const pti_guide_record *recor
     return 1;
 }
 /* At first every cube that was passed weighs the same. */
-static void pti_guide_begin(const pti_guide *g, pti_guide_weights *w, const pti_guide_record *r, uint32_t n) {
-    pti_guide_way way;
-    uint32_t i, used = 0;
+static void pti_guide_begin(pti_guide_weights *w, const pti_guide_way *way, uint32_t count) {
+    const pti_guide_way *end = way + count;
+    uint32_t used = 0;
     int k;
     memset(w->cube, 0, sizeof w->cube);
-    for (i = 0; i < n; i++) {
-        pti_guide_walk(g, r + i, &way);
-        for (k = 0; k < way.count; k++) { used += !(w->cube[way.cube[k]] > 0); w->cube[way.cube[k]] = 1; }
+    for (; way < end; way++) {
+        for (k = 0; k < way->count; k++) { used += !(w->cube[way->cube[k]] > 0); w->cube[way->cube[k]] = 1; }
     }
     for (k = 0; k < PTI_GUIDE_CUBES; k++) w->cube[k] *= used ? 0.5f / (float)used : 0.0f;
     for (k = 0; k < PTI_PARTS; k++) w->part[k] = 0.5 / (double)PTI_PARTS;
@@ -9420,12 +9426,13 @@ static void pti_guide_begin(const pti_guide *g, pti_guide_weights *w, const pti_
 /* The weights of a cell at that level, from its records and the level's above. */
 static void pti_guide_weigh(pti_guide *g, int level, const pti_guide_record *r, uint32_t n) {
     double mean = 0;
-    uint32_t i;
+    uint32_t i, stride = (n + PTI_GUIDE_WAYS - 1) / PTI_GUIDE_WAYS, count = 0;
     int k;
     for (i = 0; i < n; i++) mean += (double)r[i].value / n;
+    for (i = 0; i < n; i += stride) pti_guide_walk(g, r + i, g->ways + count++);
     if (level) g->weights[level] = g->weights[level - 1];
-    else pti_guide_begin(g, g->weights, r, n);
-    for (k = 0; k < PTI_GUIDE_STEPS; k++) if (!pti_guide_step(g, level, r, n, PTI_GUIDE_BRIGHT * mean)) return;
+    else pti_guide_begin(g->weights, g->ways, count);
+    for (k = 0; k < PTI_GUIDE_STEPS; k++) if (!pti_guide_step(g, level, r, n, stride, PTI_GUIDE_BRIGHT * mean)) return;
 }
 /* The cubes that weigh most, the first the heaviest; how many. */
 static uint32_t pti_guide_heaviest(const pti_guide *g, const pti_guide_weights *weights, pti_guide_window top[PTI_GUIDE_WINDOWS]) {
@@ -9440,11 +9447,14 @@ static uint32_t pti_guide_heaviest(const pti_guide *g, const pti_guide_weights *
     }
     return n;
 }
-static void pti_guide_leaf(pti_guide *g, pti_guide_cell *c, const pti_guide_weights *w, uint32_t n) {
+static void pti_guide_leaf(pti_guide *g, uint32_t fork, const pti_guide_weights *w, uint32_t n) {
     pti_guide_window top[PTI_GUIDE_WINDOWS];
+    pti_guide_cell *c = g->cells + g->cell_count;
     uint32_t i, count;
     int k;
-    if (g->pane_capacity - g->pane_count < PTI_GUIDE_PANES) return;
+    if (g->cell_count == g->cell_capacity || g->pane_capacity - g->pane_count < PTI_GUIDE_PANES) return;
+    memset(c, 0, sizeof *c);
+    g->forks[fork].next = g->cell_count++ << 2 | 3;
     count = pti_guide_heaviest(g, w, top);
     for (i = 0; i < count; i++) c->share += top[i].weight;
     g->share += (double)c->share * n / g->record_count;
@@ -9473,28 +9483,29 @@ static uint32_t pti_guide_part(pti_guide_record *r, uint32_t n, int axis, float 
     return k;
 }
 /* The cell of those records: divided along its longest side at their mean, as long as it has many, and is above the last level. */
-static void pti_guide_build(pti_guide *g, uint32_t cell, pti_guide_record *r, uint32_t n, int level, int last) {
+static void pti_guide_build(pti_guide *g, uint32_t fork, pti_guide_record *r, uint32_t n, int level, int last) {
     pti_bounds b = pti_bounds_empty();
-    pti_guide_cell *c = g->cells + cell;
+    pti_guide_fork *f = g->forks + fork;
     pt_vec3 d;
     double mean = 0;
-    uint32_t i, below;
-    memset(c, 0, sizeof *c);
+    uint32_t i, below, axis;
+    f->next = 3;                                         /* the empty cell */
     if (!level && n < PTI_GUIDE_FEW) return;
     pti_guide_weigh(g, level, r, n);
-    if (n < 2 * PTI_GUIDE_CELL || level == last || g->cell_capacity - g->cell_count < 2) {
-        pti_guide_leaf(g, c, g->weights + level, n);
+    if (n < 2 * PTI_GUIDE_CELL || level == last || g->fork_capacity - g->fork_count < 2) {
+        pti_guide_leaf(g, fork, g->weights + level, n);
         return;
     }
     for (i = 0; i < n; i++) pti_bounds_point(&b, r[i].p);
     d = pti_sub(b.hi, b.lo);
-    c->axis = d.x > d.y && d.x > d.z ? 0 : d.y > d.z ? 1 : 2;
-    for (i = 0; i < n; i++) mean += (double)pti_axis(r[i].p, (int)c->axis) / n;
-    c->split = (float)mean;
-    below = pti_guide_part(r, n, (int)c->axis, c->split);
-    if (below == 0 || below == n) { pti_guide_leaf(g, c, g->weights + level, n); return; }
-    i = c->child = g->cell_count;
-    g->cell_count += 2;
+    axis = d.x > d.y && d.x > d.z ? 0u : d.y > d.z ? 1u : 2u;
+    for (i = 0; i < n; i++) mean += (double)pti_axis(r[i].p, (int)axis) / n;
+    f->split = (float)mean;
+    below = pti_guide_part(r, n, (int)axis, f->split);
+    if (below == 0 || below == n) { pti_guide_leaf(g, fork, g->weights + level, n); return; }
+    i = g->fork_count;
+    f->next = i << 2 | axis;
+    g->fork_count += 2;
     pti_guide_build(g, i, r, below, level + 1, last);
     pti_guide_build(g, i + 1, r + below, n - below, level + 1, last);
 }
@@ -9520,7 +9531,8 @@ static void pti_guide_place(pti_guide *g) {
 static void pti_guide_refine(pti_guide *g, int last) {
     pti_guide_record *r = g->records, *end = r + g->record_count;
     uint32_t face, n;
-    g->cell_count = PTI_GUIDE_FACES;
+    g->fork_count = PTI_GUIDE_FACES;
+    g->cell_count = 1;
     g->pane_count = 0;
     g->share = 0;
     if (r < end) pti_guide_place(g);
@@ -9530,24 +9542,28 @@ static void pti_guide_refine(pti_guide *g, int last) {
     }
 }
 static void pti_guide_free(pti_guide *g, const pt_allocator *a) {
+    pti_free(a, g->forks, g->fork_capacity, sizeof *g->forks);
     pti_free(a, g->cells, g->cell_capacity, sizeof *g->cells);
     pti_free(a, g->panes, g->pane_capacity, sizeof *g->panes);
     pti_free(a, g->records, g->record_capacity, sizeof *g->records);
     pti_free(a, g->weights, PTI_GUIDE_LEVELS, sizeof *g->weights);
     pti_free(a, g->sums, PTI_GUIDE_CUBES, sizeof *g->sums);
+    pti_free(a, g->ways, PTI_GUIDE_WAYS, sizeof *g->ways);
 }
-/* All that a guide ever has, for up to so many records; with them all, 29 MB. 0 when out of memory. */
+/* All that a guide ever has, for up to so many records; with them all, 30 MB. 0 when out of memory. */
 static int pti_guide_create(pti_guide *g, const pt_allocator *a, uint32_t records) {
     g->record_capacity = records;
-    g->cell_capacity = PTI_GUIDE_FACES + records / PTI_GUIDE_CELL * 4;
+    g->fork_capacity = PTI_GUIDE_FACES + records / PTI_GUIDE_CELL * 4;
+    g->cell_capacity = 1 + PTI_GUIDE_FACES + records / PTI_GUIDE_CELL * 2;
     g->pane_capacity = (PTI_GUIDE_FACES + records / PTI_GUIDE_CELL * 2) * PTI_GUIDE_PANES;
+    g->forks = (pti_guide_fork *)pti_alloc(a, g->fork_capacity, sizeof *g->forks);
     g->cells = (pti_guide_cell *)pti_alloc(a, g->cell_capacity, sizeof *g->cells);
     g->panes = (pti_guide_pane *)pti_alloc(a, g->pane_capacity, sizeof *g->panes);
     g->records = (pti_guide_record *)pti_alloc(a, records, sizeof *g->records);
     g->weights = (pti_guide_weights *)pti_alloc(a, PTI_GUIDE_LEVELS, sizeof *g->weights);
     g->sums = (float *)pti_alloc(a, PTI_GUIDE_CUBES, sizeof *g->sums);
-    g->cell_count = PTI_GUIDE_FACES;
-    return g->cells && g->panes && g->records && g->weights && g->sums;
+    g->ways = (pti_guide_way *)pti_alloc(a, PTI_GUIDE_WAYS, sizeof *g->ways);
+    return g->forks && g->cells && g->panes && g->records && g->weights && g->sums && g->ways;
 }
 
 /* ---- >>mixture -----------------------------------------------------------------------------------------

@@ -57,7 +57,7 @@ static void density_of_windows(void) {
         chi2_directions_desc chi2;
         guide_test t;
         t.guide = g; t.cell = g->cells + i;
-        if (t.cell->child || !t.cell->count) continue;
+        if (!t.cell->count) continue;
         pane = g->panes + t.cell->first;
         t.p = tested % 3 ? pt_v3(-1.5f + 0.2f * (float)tested, 0.1f * (float)tested, 0) : pt_v3(pane->x[0], pane->y[0], pane->z[0]);
         test_case("cell %u, %u panes", (unsigned)i, (unsigned)t.cell->count);
