@@ -9129,8 +9129,10 @@ static int pti_scene_refit(pt_scene *s, int threads) {
     size_t i, k;
     for (i = 0; i < g->shape_count; i++) {
         const pti_mesh *m = &g->shapes[i].as.mesh;
-        if (g->shapes[i].kind == PTI_INSTANCE && !g->shapes[i].as.instance.scene->committed)
-            return pti_fail(&s->error, PT_ERR_STATE, "pt_scene_refit: a scene that is placed could not be refitted"), 0;
+        if (g->shapes[i].kind == PTI_INSTANCE && !g->shapes[i].as.instance.scene->committed) {
+            pti_fail(&s->error, PT_ERR_STATE, "pt_scene_refit: a scene that is placed could not be refitted");
+            return 0;
+        }
         if (g->shapes[i].kind != PTI_MESH || m->owned) continue;
         for (k = 0; k < m->vertex_count; k++)
             if (!pti_check_vertex(s, "pt_scene_refit", k, pti_mesh_position(m, (uint32_t)k))) return 0;
@@ -9417,9 +9419,8 @@ static void pti_guide_begin(pti_guide_weights *w, const pti_guide_way *way, uint
     uint32_t used = 0;
     int k;
     memset(w->cube, 0, sizeof w->cube);
-    for (; way < end; way++) {
+    for (; way < end; way++)
         for (k = 0; k < way->count; k++) { used += !(w->cube[way->cube[k]] > 0); w->cube[way->cube[k]] = 1; }
-    }
     for (k = 0; k < PTI_GUIDE_CUBES; k++) w->cube[k] *= used ? 0.5f / (float)used : 0.0f;
     for (k = 0; k < PTI_PARTS; k++) w->part[k] = 0.5 / (double)PTI_PARTS;
 }

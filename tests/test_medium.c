@@ -500,8 +500,6 @@ static void glow_of_a_slab(void) {
     }
 }
 
-/* What glows far off, 300 mean free paths of it or without an end, in light that fades: epsilon / sigma, a channel. By itself; in
-   dark fog; with a channel that meets nothing; on a grid. */
 /* At the rim of a mesh, seen from afar, the wall that a ray enters by may seem to lie behind the one it leaves by: which once meant
    that it had been inside all the way. No chord of the octahedron is longer than 2. */
 static void rims_far_away_do_not_glow(void) {
@@ -525,6 +523,8 @@ static void rims_far_away_do_not_glow(void) {
         pt_scene_destroy(s);
     }
 }
+/* What glows far off, 300 mean free paths of it or without an end, in light that fades: epsilon / sigma, a channel. By itself; in
+   dark fog; with a channel that meets nothing; on a grid. */
 static void far_glow_is_seen(void) {
     static const char *names[] = { "everywhere", "box", "in dark fog", "a clear channel", "grid" };
     static const float one[1] = { 1 };
