@@ -9587,6 +9587,7 @@ typedef struct pti_mixture {
     float guide;                                         /* w_i of the guide, */
     const pti_guide *guided;                             /* if there is one, and x's cell in it */
     const pti_guide_cell *cell;
+    float glint;                                         /* how much brighter than usual a sun is in x's gloss: 1 or more */
 } pti_mixture;
 
 /* Does all scattering stay on wo's side? */
@@ -9627,6 +9628,7 @@ static pti_mixture pti_mixture_at(const pt_scene *s, const pti_surface *surface,
     mix.scene = s; mix.x = surface->x; mix.surface = surface;
     mix.bsdf = 1; mix.lights = mix.environment = mix.users = mix.asked = mix.guide = 0;
     mix.guided = NULL; mix.cell = NULL;
+    mix.glint = 1;
     mix.receiver.p = surface->x->p;
     mix.receiver.n = pt_v3(0, 0, 0);
     mix.sky = PTI_RECEIVER_ALL;
@@ -9741,6 +9743,40 @@ static void pti_mixture_guided(pti_mixture *m, const pti_guide *g, int automatic
     }
     m->bsdf = rest - m->lights - m->environment - m->guide;
 }
+/* A sun in gloss. Shares are learned for a place; but whether rough metal shows a sun there depends on where from it is looked
+   at, and light from the floor by way of metal to the sun is what makes the brightest specks. A sun is one direction, so this is
+   known before one is drawn: the glossy lobes send on S, where a white matte surface would send on E / pi of all the sky,
+       S = sum_suns f(wi) |cos| E_sun.
+   The environment's odds against the other parts grow by 1 + S / (E / pi); not endlessly, since something may be in the sun's
+   way. (The same for lamps, where they are few, brought 6 % less variance in 7 % more time.) */
+#define PTI_GLINT_SUNS 4                                 /* of the first so many */
+#define PTI_GLINT_MOST 8.0f
+static float pti_surface_glint(const pti_surface *s, const pti_sun *sun) {
+    float power = pti_luminance(sun->radiance) * (2 * PTI_PI) * sun->one_minus_cos, sum = 0;
+    int same_side = pti_same_side(s->x, s->x->wo, sun->axis), i;
+    pt_vec3 f;
+    for (i = 0; i < s->count; i++)
+        if (s->lobes[i].kind >= PTI_METAL && s->lobes[i].kind <= PTI_MEASURED) {
+            pti_lobe_eval(s->lobes + i, s->x, same_side, sun->axis, &f);
+            sum += pti_luminance(f);
+        }
+    return sum * power;
+}
+static void pti_mixture_glints(pti_mixture *m) {
+    const pti_environment *e = &m->scene->environment;
+    float sum = 0, all;
+    size_t i;
+    if (!(m->environment > 0)) return;
+    for (i = 0; i < e->sun_count && i < PTI_GLINT_SUNS; i++) sum += pti_surface_glint(m->surface, e->suns + i);
+    if (!(sum > 0)) return;
+    m->glint = pti_min(1 + PTI_PI * sum / e->irradiance[m->sky], PTI_GLINT_MOST);
+    all = 1 + (m->glint - 1) * m->environment;
+    m->lights /= all;
+    m->users /= all;
+    m->guide /= all;
+    m->environment *= m->glint / all;
+    m->bsdf = 1 - m->lights - m->environment - m->users - m->guide;
+}
 /* A path that chose the BSDF again and again weighs up to (albedo / share)^depth, without bound in bright rooms: its second
    moment diverges. So a path whose potential (see >>path: its throughput, deltas left out) has grown above 1 gives the other
    parts w / potential only, and the BSDF the rest. Shares may depend on the path's past. */
@@ -9754,13 +9790,14 @@ static float pti_mixture_calm(pti_mixture *m, float potential) {       /* by how
 }
 /* Splitting, the other half of roulette (Arvo and Kirk 1990; by what a path can still bring: Vorba and Krivanek 2016). Where
    the potential is above 1, the path goes on along so many rays that none's is; and while it is above a third, along so
-   many that the BSDF has one of them, and the lights and the environment have another, whatever their shares. n rays from
-   p are Veach's balance heuristic with several samples, and all that next-event estimation has; but a ray that does not
-   reach the lamp that it was aimed at goes on as well. A million at most: infinity times no share is no number. */
+   many that the BSDF has one of them, and the lights and the environment have another, whatever their shares; where a sun
+   glints, the potential may be less. n rays from p are Veach's balance heuristic with several samples, and all that next-event
+   estimation has; but a ray that does not reach the lamp that it was aimed at goes on as well. A million at most: infinity times
+   no share is no number. */
 #define PTI_SPLIT_LEAST 0.35f
 static float pti_mixture_split(pti_mixture *m, float potential) {      /* how many rays */
     float n = pti_min(pti_max(potential, 1), 1e6f), far = m->lights + m->environment, more;
-    if (potential < PTI_SPLIT_LEAST || !(far > 0) || !(m->bsdf > 0)) return n;
+    if (potential * m->glint < PTI_SPLIT_LEAST || !(far > 0) || !(m->bsdf > 0)) return n;
     m->bsdf = pti_max(n * m->bsdf, 1);
     more = pti_max(n * far, 1) / far;
     m->lights *= more; m->environment *= more; m->users *= n; m->guide *= n;
@@ -10457,6 +10494,7 @@ static void pti_path_follow(pti_walk *w) {
     mix = pti_mixture_at(s, &surface, &t->weights);
     if (t->shares && mix.bsdf < 1) pti_mixture_learned(&mix, t->shares);
     if (t->guide) pti_mixture_guided(&mix, t->guide, t->shares != NULL);
+    if (t->shares && !w->trail) pti_mixture_glints(&mix);
     n = pti_path_split(w, &path, &mix, pti_hash2(w->sampler->index, u[1]));
     path.beta = pti_scale(path.beta, 1 / (float)n);
     path.potential = pti_scale(path.potential, 1 / (float)n);

@@ -153,6 +153,23 @@ static inline pt_scene *sun_and_mesh(pt_scene *s, pt_render_desc *d) {
     d->camera.eye = pt_v3(0, 2, 3); d->camera.target = pt_v3(0, 0.4f, 0); d->camera.vfov_deg = 45;
     return NULL;
 }
+/* Two wide suns and gloss that mirrors them: metal, plastic, a rough pane of glass. */
+static inline pt_scene *suns_in_gloss(pt_scene *s, pt_render_desc *d) {
+    pt_light_desc l;
+    memset(&l, 0, sizeof l);
+    l.kind = PT_LIGHT_SUN; l.radius_deg = 8;
+    floor_of(s, 5, pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_PRINCIPLED, .color = { 0.5f, 0.4f, 0.3f }, .roughness = 0.35f }));
+    pt_add_sphere(s, pt_v3(-0.7f, 0.6f, 0), 0.6f,
+                  pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_CONDUCTOR, .color = { 0.9f, 0.8f, 0.6f }, .roughness = 0.3f }));
+    pt_add_sphere(s, pt_v3(0.7f, 0.6f, 0), 0.6f, pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_DIELECTRIC, .roughness = 0.4f }));
+    l.direction = pt_v3(-0.6f, -1, -0.5f); l.color = pt_v3(2, 1.5f, 1);
+    pt_add_light(s, &l);
+    l.direction = pt_v3(0.9f, -0.6f, -0.3f); l.color = pt_v3(0.5f, 0.5f, 1);
+    pt_add_light(s, &l);
+    sky(s, 0.2f);
+    d->camera.eye = pt_v3(0, 1.2f, 3.5f); d->camera.target = pt_v3(0, 0.6f, 0); d->camera.vfov_deg = 45;
+    return NULL;
+}
 static inline pt_scene *sky_lamps_mirror_glass(pt_scene *s, pt_render_desc *d) {
     floor_of(s, 4, diffuse(s, 0.5f));
     pt_add_sphere(s, pt_v3(-0.7f, 0.6f, 0), 0.6f, mirror(s, 0.8f));

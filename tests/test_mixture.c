@@ -249,6 +249,39 @@ static void lights_nearby_weigh_more(void) {
     CHECK(last < 0.01f);
     pt_scene_destroy(s);
 }
+/* Rough metal under a sun right above: who looks at the mirrored sun sends nearly all rays there, who looks from aside does as on
+   matte floors, where nothing changes. */
+static void suns_glint_in_metal(void) {
+    static const float aside[3] = { 0, 0.4f, 2 }, most[3] = { 8.001f, 3, 1.1f }, least[3] = { 7.99f, 1.1f, 1 };
+    pt_material_desc metal;
+    pt_light_desc sun;
+    int k, matte;
+    memset(&metal, 0, sizeof metal); memset(&sun, 0, sizeof sun);
+    metal.bsdf = PT_BSDF_CONDUCTOR; metal.color = pt_v3(0.9f, 0.9f, 0.9f); metal.roughness = 0.25f;
+    sun.kind = PT_LIGHT_SUN; sun.direction = pt_v3(0, -1, 0); sun.color = pt_v3(3, 3, 3);
+    for (matte = 0; matte < 2; matte++) {
+        pt_scene *s = pt_scene_create(NULL);
+        floor_of(s, 10, matte ? diffuse(s, 0.5f) : pt_add_material(s, &metal));
+        quad(s, -1, 2, -1, 2, 0, 0, 0, 0, 2, lamp(s, 1, 0));
+        pt_add_light(s, &sun);
+        for (k = 0; k < 3 && commit(s); k++) {
+            mix_test t;
+            pti_mixture before;
+            if (!mix_at(&t, s, 0, 0, automatic)) break;
+            t.x.wo = pti_normalize(pt_v3(-aside[k], 1, 0));
+            pti_surface_at(pti_material_at(s, &t.x), &t.x, &t.surface);
+            before = t.mix;
+            pti_mixture_glints(&t.mix);
+            test_case("%s, %g aside: %g times, shares %g %g %g", matte ? "matte" : "metal", (double)aside[k], (double)t.mix.glint,
+                      (double)t.mix.bsdf, (double)t.mix.lights, (double)t.mix.environment);
+            if (matte) CHECK(t.mix.glint == 1 && t.mix.environment == before.environment && t.mix.bsdf == before.bsdf);
+            else CHECK(t.mix.glint >= least[k] && t.mix.glint <= most[k]);
+            check_shares(t.mix, 1 - t.mix.lights - t.mix.environment, t.mix.bsdf * before.lights / before.bsdf,
+                         t.mix.bsdf * t.mix.glint * before.environment / before.bsdf, 0);
+        }
+        pt_scene_destroy(s);
+    }
+}
 static void shares_of_densities(void) {
     static const float w[5][4] = { { 0, 0, 0, 0 }, { 0.1f, 0.2f, 0, 0 }, { 0.9f, 0.9f, 0.9f, 0 }, { 0.95f, 0, 0, 0 },
                                    { 0.5f, 0.3f, 0.1f, 0.4f } };
@@ -497,7 +530,7 @@ static void halves_agree(void) {
 
 void test_mixture(void) {
     RUN(density_of_everything); RUN(density_less_what_is_lost); RUN(weights_of_steps);
-    RUN(shares_that_are_set); RUN(shares_that_are_automatic); RUN(lights_nearby_weigh_more); RUN(shares_of_densities);
+    RUN(shares_that_are_set); RUN(shares_that_are_automatic); RUN(lights_nearby_weigh_more); RUN(suns_glint_in_metal); RUN(shares_of_densities);
     RUN(directions_that_are_none); RUN(throughput_without_bound); RUN(shares_step_to_the_best); RUN(hidden_lamps_lose_their_share);
     RUN(guides_step_aside);
     RUN(agrees_in_cornell_box); RUN(agrees_by_the_wall); RUN(agrees_on_hidden_lights); RUN(agrees_on_a_mesh_light);

@@ -107,6 +107,7 @@ AGREES(agrees_by_the_wall, sphere_by_the_wall, sphere_by_the_wall, 64)
 AGREES(agrees_on_hidden_lights, one_behind_the_other, one_behind_the_other, 96)
 static void agrees_on_a_mesh_light(void) { integrators_agree("torus", glowing_torus, glowing_torus, 64, 2); }     /* 576 lamps */
 AGREES(agrees_under_the_sun, sun_and_mesh, sun_and_mesh, 64)
+AGREES(agrees_on_suns_in_gloss, suns_in_gloss, suns_in_gloss, 96)
 AGREES(agrees_on_mirror_and_glass, sky_lamps_mirror_glass, sky_lamps_mirror_glass, 96)
 AGREES(agrees_on_instances, instanced_lamps, instanced_lamps, 96)
 AGREES(agrees_in_a_closed_room, closed_room, closed_room, 64)
@@ -366,7 +367,7 @@ void test_nee(void) {
     RUN(agrees_in_cornell_box); RUN(agrees_by_the_wall); RUN(agrees_on_hidden_lights); RUN(agrees_on_a_mesh_light);
     RUN(agrees_under_the_sun); RUN(agrees_on_mirror_and_glass); RUN(agrees_on_instances); RUN(agrees_in_a_closed_room);
     RUN(agrees_with_densities); RUN(agrees_through_a_lens); RUN(agrees_in_a_white_room); RUN(agrees_behind_glass);
-    RUN(agrees_behind_nothing); RUN(agrees_on_all_that_shines); RUN(agrees_on_textured_lamps);
+    RUN(agrees_behind_nothing); RUN(agrees_on_all_that_shines); RUN(agrees_on_textured_lamps); RUN(agrees_on_suns_in_gloss);
     RUN(samplers_agree); RUN(nothing_to_draw); RUN(rays_are_counted);
     RUN(limits_cut_the_series); RUN(mirrors_do_not_count); RUN(gloss_shows_what_the_limit_leaves); RUN(parts_of_a_step);
     RUN(roulette_in_nested_shells); RUN(roulettes_agree); RUN(settings_are_checked);
