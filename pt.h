@@ -188,8 +188,9 @@ typedef struct pt_vertex {
    ask. A density that has nothing to offer at some vertices says so in importance, and its share there goes to the
    others. Called from all render threads. */
 typedef struct pt_density_desc {
-    float weight;                                         /* share in every mixture; 0 = 0.25. What the users'
-                                                             densities leave is for the built-in parts */
+    float weight;                                         /* share in every mixture, up to 0.95; 0 = 0.25. What the users'
+                                                             densities leave is for the built-in parts: where they ask for
+                                                             more than 0.95 together, each gets less in proportion */
     int   (*sample)(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi);
     float (*pdf)(void *user, const pt_vertex *x, pt_vec3 wi);
     void  *user;
@@ -344,7 +345,8 @@ typedef struct pt_material_desc {
     float      translucency;                              /* diffuse, principled: share of diffuse light that goes through */
     float      transparency;                              /* passes straight through; 0 = opaque */
     int        thin;                                      /* dielectric, principled: a wall without an inside */
-    pt_vec3    emission;                                  /* radiance */
+    pt_vec3    emission;                                  /* radiance. Lamps a millionth as wide as they are far lose percents
+                                                             of their light, and more the farther */
     int        two_sided;                                 /* emit to both sides; 0 = to the side of the normal */
     pt_measured measured;                                 /* PT_BSDF_MEASURED */
     pt_medium  inside;                                    /* fills the shapes that bear the material, as pt_add_volume does: a
@@ -362,7 +364,8 @@ typedef struct pt_material_desc {
     pt_texture bump_texture;                              /* height */
     void     (*shade)(void *user, const pt_vertex *x, struct pt_material_desc *m);   /* after the textures: may change every
                                                              number of m, but not bsdf, ior, the handles and whether it
-                                                             emits. Called from all render threads */
+                                                             emits; NaN and what is below 0 count as 0 in emission.
+                                                             Called from all render threads */
     const pt_bsdf_vtable *vtable;                         /* PT_BSDF_USER; copied */
     void      *user;
 } pt_material_desc;
@@ -563,8 +566,10 @@ typedef struct pt_render_desc {
     int guide;                                            /* samples a pixel, up to 65536, that path guiding learns from before
                                                              the picture, and that are thrown away; 0 = no guiding. For
                                                              light that comes through a gap: an eighth of spp, and spp in
-                                                             the hundreds. Where it sees soon that BSDF, lights and
-                                                             environment do as well, it leaves it to them. Up to 30 MB */
+                                                             the hundreds; with less than 32768 in all there is no guide.
+                                                             Where it sees soon that BSDF, lights and environment do as
+                                                             well, it leaves it to them. One thread learns, while the
+                                                             others wait. Up to 30 MB */
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
                                                              finished it; nonzero cancels. It may call pt_render_pixels,
@@ -1242,6 +1247,8 @@ PTI_INLINE float pti_min(float a, float b) { return a < b ? a : b; }
 PTI_INLINE float pti_max(float a, float b) { return a > b ? a : b; }
 static float pti_clamp(float x, float lo, float hi) { return x < lo ? lo : x > hi ? hi : x; }
 static int   pti_finite(float x) { return x - x == 0; }
+/* A density of the user's: what is negative or endless becomes NaN, which the film counts. */
+static float pti_density_of(float p) { return p >= 0 && pti_finite(p) ? p : (float)(PTI_INF - PTI_INF); }
 
 static pt_vec3 pti_add(pt_vec3 a, pt_vec3 b) { return pt_v3(a.x + b.x, a.y + b.y, a.z + b.z); }
 static pt_vec3 pti_sub(pt_vec3 a, pt_vec3 b) { return pt_v3(a.x - b.x, a.y - b.y, a.z - b.z); }
@@ -4206,7 +4213,7 @@ static float pti_draine_towards(float g, float alpha, pt_vec3 wo, pt_vec3 wi) {
 }
 static float pti_phase_pdf(const pti_phase *p, const pt_vertex *x, pt_vec3 wi) {
     float f = 0;
-    if (p->pdf) return p->pdf(p->user, x, wi);
+    if (p->pdf) return pti_density_of(p->pdf(p->user, x, wi));
     if (p->mix < 1) f = (1 - p->mix) * pti_draine_towards(p->g, 0, x->wo, wi);
     return p->mix > 0 ? f + p->mix * pti_draine_towards(p->g2, p->alpha, x->wo, wi) : f;
 }
@@ -5800,7 +5807,7 @@ static float pti_lobe_eval(const pti_lobe *l, const pt_vertex *x, int same_side,
     *f = pt_v3(0, 0, 0);
     if (l->kind == PTI_USER_LOBE) {
         *f = pti_mul(l->color, l->vtable->eval(l->user, x, wi));
-        return l->vtable->pdf(l->user, x, wi);
+        return pti_density_of(l->vtable->pdf(l->user, x, wi));
     }
     if (l->kind == PTI_PARTICLE) {
         float p = pti_phase_pdf(l->phase, x, wi);
@@ -6402,7 +6409,7 @@ static float pti_emitter_pdf_area(const pti_emitter *e, pt_vec3 wi, float d) {
 }
 /* Draws wi, and returns its density, or 0. A direction is made of floats: on the rim, rounding takes some to where the density
    is 0. Those are lost; were they kept, what they find would count 1 / p_bsdf instead of S. That is a bias, and the price of
-   floats: nothing to see on most emitters, percents of the light of one thinner than 1e-5 rad. */
+   floats: nothing to see on most emitters, percents of the light of one thinner than 1e-6 rad, half of it at 1e-7. */
 static float pti_emitter_sample(const pti_emitter *e, pt_vec3 p, float u, float v, pt_vec3 *wi) {
     pt_vec3 c[3], axis;
     pti_rect_frame frame;
@@ -9268,6 +9275,9 @@ PT_DEF size_t pt_occluded_all(const pt_scene *s, const pt_ray *rays, size_t coun
 #ifndef PTI_GUIDE_WORTH                                  /* tests guide where it is worth nothing */
 #define PTI_GUIDE_WORTH 0.15f                            /* windows that weigh less in the whole scene are not worth their cost */
 #endif
+#ifndef PTI_GUIDE_PATHS
+#define PTI_GUIDE_PATHS 32768                            /* of fewer paths, the guide would learn what they are, not the scene */
+#endif
 #define PTI_GUIDE_CELL 256                               /* records, for it to be divided when it has twice as many */
 #define PTI_GUIDE_LEVELS 16                              /* of cells in cells */
 #define PTI_GUIDE_PRIOR 1024                             /* m */
@@ -9823,7 +9833,7 @@ static float pti_mixture_pdf(const pti_mixture *m, pt_vec3 wi, pti_drawn *drawn,
     if (m->guide > 0) p += *guided = m->guide * pti_guide_pdf(m->guided, m->cell, m->x->p, wi);
     for (i = 0; m->users > 0 && i < s->density_count; i++) {
         share = pti_density_share(s->densities + i, m->x);
-        if (share > 0) p += m->users / m->asked * share * s->densities[i].pdf(s->densities[i].user, m->x, wi);
+        if (share > 0) p += m->users / m->asked * share * pti_density_of(s->densities[i].pdf(s->densities[i].user, m->x, wi));
     }
     return p;
 }
@@ -9852,8 +9862,8 @@ static int pti_mixture_sample_lights(const pti_mixture *m, uint32_t u, uint32_t 
 
 static int pti_is_direction(pt_vec3 d) { return fabsf(pti_dot(d, d) - 1) < 1e-3f; }         /* not with NaN */
 
-/* A next direction: weight = f |cos| / p. p: 0 of a delta. plain: p over what it would be without the guide, for roulette:
-   through a window, weights are small just because light is there. */
+/* A next direction: weight = f |cos| / p. p: 0 of a delta. plain: p over what it would be without the guide, for roulette and
+   splitting: through a window, weights are small just because light is there. */
 typedef struct pti_step { pt_vec3 wi, weight; int delta; float p, plain; pti_on_map sky; } pti_step;
 
 /* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
@@ -10387,13 +10397,18 @@ typedef struct pti_walk {
     pti_share_trail *trail;                              /* NULL but for paths that go ahead */
 } pti_walk;
 
-/* No sample needs as many rays; but where a user's BSDF gains energy, paths would split for ever. */
+/* After so many rays a sample splits no more: where a user's BSDF gains energy, it would for ever. So it would with a guide: a
+   path's potential is what it would be without one, and that shrinks in the mean over the directions that are drawn without one
+   only. In small rooms it grew from 14 rays a path to ten thousand. */
 #define PTI_SPLIT_RAYS 16384
+#define PTI_SPLIT_RAYS_GUIDED 32
 /* How many rays go on from mix, whose shares are changed so that they are the parts' rays. */
 static int pti_path_split(const pti_walk *w, const pti_path *path, pti_mixture *mix, uint32_t u) {
     float n;
     int room = PTI_PATHS - w->count, most = room < w->tracer->max_split ? room : w->tracer->max_split;
-    if (most < 2 || w->trail || mix->surface->delta >= 0.999f || *w->rays - w->first_ray > PTI_SPLIT_RAYS) return 1;
+    uint64_t rays = *w->rays - w->first_ray;
+    if (most < 2 || w->trail || mix->surface->delta >= 0.999f) return 1;
+    if (rays > (w->tracer->guide ? PTI_SPLIT_RAYS_GUIDED : PTI_SPLIT_RAYS)) return 1;
     n = pti_mixture_split(mix, pti_largest(path->potential));
     if (!(n > 1)) return 1;                              /* nor with NaN */
     return n < (float)most ? (int)n + pti_split(&u, n - (float)(int)n) : most;
@@ -11168,6 +11183,7 @@ static int pti_render_shares(pt_render *r) {
 static int pti_render_guide(pt_render *r) {
     pti_guide *g = &r->guide;
     uint32_t n = pti_render_pupils(r), pass;
+    if (n < PTI_GUIDE_PATHS) return 1;
     g->record_count = 0;
     pti_guide_refine(g, 0);                              /* empty: a cancelled render begins anew */
     r->tracer.guide = g;

@@ -1,5 +1,6 @@
 /* >>guide: the density against what it draws; that it changes no mean, no bit by threads; and that it finds the gap. */
 #define PTI_GUIDE_WORTH 0.0f                             /* always; when it steps aside: see test_mixture.c */
+#define PTI_GUIDE_PATHS 0
 #define PT_IMPLEMENTATION
 #define PT_STATIC
 #include "../pt.h"
@@ -273,9 +274,31 @@ static void guides_of_nothing(void) {
     }
 }
 
+/* From so few paths a guide learns those, and not the room; potentials then grow from vertex to vertex. */
+static void few_paths_do_not_multiply(void) {
+    pt_scene *s = pt_scene_create(NULL);
+    pt_render_desc d = view(pt_v3(0, 1, 0.9f), pt_v3(0, 0.8f, 0), 60, 32, 4);
+    pt_material wall = diffuse(s, 0.8f);
+    pt_stats stats;
+    pt_render *r;
+    pt_add_box(s, pt_v3(-1, 0, -1), pt_v3(1, 2, 1), NULL, wall);
+    quad(s, -0.25f, 1.99f, -0.25f, 0.5f, 0, 0, 0, 0, 0.5f, lamp(s, 2, 0));
+    pt_add_sphere(s, pt_v3(0.4f, 0.3f, 0), 0.3f, wall);
+    d.guide = 2;
+    r = commit(s) ? pt_render_create(s, &d) : NULL;
+    if (CHECK(pt_render_run(r) == PT_OK)) {
+        stats = pt_render_stats(r);
+        test_case("%.1f rays a path", (double)stats.rays / (double)stats.paths);
+        CHECK(r->tracer.guide != NULL);
+        CHECK(stats.rays < 150 * stats.paths);
+    }
+    pt_render_destroy(r);
+    pt_scene_destroy(s);
+}
+
 void test_guide(void) {
     RUN(density_of_windows); RUN(few_records_are_not_believed); RUN(density_of_the_mixture);
     RUN(guided_behind_the_gap); RUN(guided_by_set_weights); RUN(guided_with_shadow_rays); RUN(guided_in_cornell_box);
     RUN(guided_under_the_sun); RUN(guided_on_mirror_and_glass); RUN(guided_on_instances); RUN(guided_with_densities);
-    RUN(guided_by_any_threads); RUN(guided_paths_find_the_gap); RUN(guides_that_are_refused); RUN(guides_of_nothing);
+    RUN(guided_by_any_threads); RUN(guided_paths_find_the_gap); RUN(guides_that_are_refused); RUN(guides_of_nothing); RUN(few_paths_do_not_multiply);
 }

@@ -384,10 +384,11 @@ static void hidden_lamps_lose_their_share(void) {
     }
 }
 
-/* In a room that a lamp lights, a guide soon sees that there is nothing to do for it; behind a wall with a gap there is. */
+/* In a room that a lamp lights, a guide soon sees that there is nothing to do for it; behind a wall with a gap there is, unless
+   the paths to learn from are few. */
 static void guides_step_aside(void) {
-    int gap;
-    for (gap = 0; gap < 2; gap++) {
+    int gap, few;
+    for (gap = 0; gap < 2; gap++) for (few = 0; few < 2; few++) {
         pt_scene *s = pt_scene_create(NULL);
         pt_render_desc d = view(pt_v3(0, 0, 0), pt_v3(0, 0, 0), 40, 32, 1);
         pt_render *r;
@@ -397,19 +398,38 @@ static void guides_step_aside(void) {
             quad(s, -1, 1.5f, 1, 2, 0, 0, 0, 0, -1.8f, white);
             quad(s, -1, 1.5f, 1, 2, 0, 0, 0, 0.5f, 0, white);
         }
-        d.guide = 64;
+        d.guide = few ? 16 : 64;                         /* 16384 paths, or 65536 */
         r = commit(s) ? pt_render_create(s, &d) : NULL;
         if (!CHECK(pt_render_run(r) == PT_OK)) return;
-        test_case("%s: windows weigh %.3f", gap ? "gap" : "lamp", r->guide.share);
-        CHECK((r->tracer.guide != NULL) == gap);
+        test_case("%s%s: windows weigh %.3f", gap ? "gap" : "lamp", few ? ", few paths" : "", r->guide.share);
+        CHECK((r->tracer.guide != NULL) == (gap && !few));
         pt_render_destroy(r);
         pt_scene_destroy(s);
     }
 }
 
-/* Directions of a user's that are none, where tables wait to be looked up by them: counted, and nothing worse. */
 static pt_vec3 astray;
 static int astray_sample(void *user, const pt_vertex *x, const float u[2], pt_vec3 *wi) { (void)user; (void)x; (void)u; *wi = astray; return 1; }
+/* Densities of a user's that are none are counted. */
+static float senseless_pdf(void *user, const pt_vertex *x, pt_vec3 wi) { (void)x; (void)wi; return *(const float *)user; }
+static void densities_that_are_none(void) {
+    static float bad[] = { (float)NAN, HUGE_VALF, -HUGE_VALF, -1 };
+    int i;
+    for (i = 0; i < 4; i++) {
+        pt_scene *s = pt_scene_create(NULL);
+        pt_render_desc d = view(pt_v3(0, 1, 1), pt_v3(0, 0, 0), 30, 8, 4);
+        pt_stats stats;
+        float rgb[3 * 8 * 8];
+        astray = pt_v3(0, 1, 0);
+        floor_of(s, 5, diffuse(s, 0.5f));
+        sunny(s, 1, 0);
+        pt_add_density(s, &(pt_density_desc){ .sample = astray_sample, .pdf = senseless_pdf, .user = bad + i });
+        test_case("density %g", (double)bad[i]);
+        if (commit(s) && render(s, &d, rgb, &stats)) CHECK(stats.discarded > 200);
+        pt_scene_destroy(s);
+    }
+}
+/* Directions of a user's that are none, where tables wait to be looked up by them: counted, too, and nothing worse. */
 static void directions_that_are_none(void) {
     static const float bad[][3] = { { (float)NAN, 0, 0 }, { HUGE_VALF, 0, 0 }, { 0, 1e20f, 0 }, { 0, 0, 0 }, { -1e-20f, 0, 2 }, { 3e38f, 3e38f, 3e38f } };
     static float table[6 * 6 * 3];
@@ -531,7 +551,7 @@ static void halves_agree(void) {
 void test_mixture(void) {
     RUN(density_of_everything); RUN(density_less_what_is_lost); RUN(weights_of_steps);
     RUN(shares_that_are_set); RUN(shares_that_are_automatic); RUN(lights_nearby_weigh_more); RUN(suns_glint_in_metal); RUN(shares_of_densities);
-    RUN(directions_that_are_none); RUN(throughput_without_bound); RUN(shares_step_to_the_best); RUN(hidden_lamps_lose_their_share);
+    RUN(directions_that_are_none); RUN(densities_that_are_none); RUN(throughput_without_bound); RUN(shares_step_to_the_best); RUN(hidden_lamps_lose_their_share);
     RUN(guides_step_aside);
     RUN(agrees_in_cornell_box); RUN(agrees_by_the_wall); RUN(agrees_on_hidden_lights); RUN(agrees_on_a_mesh_light);
     RUN(agrees_under_the_sun); RUN(agrees_on_mirror_and_glass); RUN(agrees_on_instances); RUN(agrees_in_a_closed_room);

@@ -63,14 +63,14 @@ static double compare(const sampling_scene *c, int size, int spp, int many, int 
 }
 int main(int argc, char **argv) {
     settings set = settings_of(argc, argv, "path guiding: a door ajar, a caustic, scenes that need none");
-    int size = set.quick ? 32 : 64, renders = set.quick ? 1 : 3, k;
+    int size = set.quick ? 32 : 64, renders = set.quick ? 1 : 3, many = set.quick ? 1024 : door.reference, k;
     float *panels[4];
     double sum = 0, least = 1e30;
     printf("%d x %d pixels, mean of %d renders: relMSE, seconds, rays a path\n%-20s  without%21s with\n", size, size, renders, "", "");
-    compare(&door, size, 64, door.reference, renders, NULL);
-    if (!set.quick) compare(&door, size, 256, door.reference, renders, NULL);
-    compare(&door, size, set.quick ? 128 : 1024, door.reference, renders, panels);
-    compare(&caustic, size, set.quick ? 128 : 1024, caustic.reference, renders, panels + 2);
+    compare(&door, size, 64, many, renders, NULL);
+    if (!set.quick) compare(&door, size, 256, many, renders, NULL);
+    compare(&door, size, set.quick ? 512 : 1024, many, renders, panels);
+    compare(&caustic, size, set.quick ? 512 : 1024, set.quick ? 1024 : caustic.reference, renders, panels + 2);
     write_panels(&set, "figure_guide", panels, 4, 2, size, size, 0);
     for (k = 0; k < 4; k++) free(panels[k]);
     for (k = 0; k < SAMPLING_SCENES; k++) {

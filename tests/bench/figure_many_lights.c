@@ -192,7 +192,6 @@ static void walks(size_t most) {
                     float u = pt_rng_float(&rng), v = pt_rng_float(&rng);
                     wi = pti_sample_sphere(u, v);
                     r.p = pt_v3(pt_rng_float(&rng), pt_rng_float(&rng), pt_rng_float(&rng));
-                    r.n = pti_neg(wi);
                     r.n = pti_sample_sphere(v, u);
                     if (pti_dot(r.n, wi) < 0) r.n = pti_neg(r.n);
                     if (pass) sum += (float)pti_lights_sample(l, &r, choice, u, v, &other, &drawn);

@@ -31,6 +31,7 @@ static void small_lamp(const settings *set) {
         if (!i) naive = e.error * e.seconds;
         printf("%-16s %10.3e %10.2f %10.3f %12.2f\n", ways[i].name, e.error, e.rays / (size * size * spp), e.seconds,
                naive / (e.error * e.seconds));
+        fflush(stdout);
         panels[i] = render_copy(s, &d, NULL, NULL);
     }
     write_panels(set, "figure_nee", panels, WAYS, 2, size, size, 0);
@@ -51,6 +52,7 @@ static void many_scenes(const settings *set) {
         float *r = reference(c->name, s, &d, set->quick ? 1024 : c->reference);
         double cost[2];
         printf("%-16s", c->name);
+        fflush(stdout);
         for (way = 0; way < 2; way++) {
             efficiency e;
             d.integrator = ways[1 + way].integrator;
