@@ -566,10 +566,10 @@ typedef struct pt_render_desc {
     int guide;                                            /* samples a pixel, up to 65536, that path guiding learns from before
                                                              the picture, and that are thrown away; 0 = no guiding. For
                                                              light that comes through a gap: an eighth of spp, and spp in
-                                                             the hundreds; with less than 32768 in all there is no guide.
-                                                             Where it sees soon that BSDF, lights and environment do as
-                                                             well, it leaves it to them. One thread learns, while the
-                                                             others wait. Up to 30 MB */
+                                                             the hundreds. Of less than 32768 samples in all it learns
+                                                             nothing; and where it sees soon that BSDF, lights and
+                                                             environment do as well, it leaves it to them. One thread
+                                                             learns, while the others wait. Up to 30 MB */
     const char *isa;                                      /* NULL = best; "scalar", "sse2", "avx2", "neon" */
     int (*progress)(void *user, double done);             /* 0..1, after each tile, one call at a time, from the thread that
                                                              finished it; nonzero cancels. It may call pt_render_pixels,
@@ -6482,7 +6482,7 @@ typedef struct pti_light_node {                          /* 64 bytes: one line o
     float cos_reach;                                     /* of the largest angle to axis at which any lamp shines; -1: all
                                                             round */
     uint32_t first, count;                               /* of its children, side by side. Leaf: its emitter, and 0 */
-    uint32_t unused;
+    uint32_t unused;                                     /* makes a node 64 bytes: a cache line */
 } pti_light_node;
 typedef struct pti_lights {
     pti_emitter *emitters;  size_t count, capacity;
@@ -9258,8 +9258,8 @@ PT_DEF size_t pt_occluded_all(const pt_scene *s, const pt_ray *rays, size_t coun
    worse. That parallax matters is Ruppert et al.'s point, 2020.) The cubes along a record's way are the windows that it
    may have come through; weights are found by expectation maximisation (Dempster, Laird and Rubin 1977),
        r_k = w_k p_k(wi) / sum_j w_j p_j(wi),    w_k  <-  sum v r_k / sum v,
-   the other parts of the mixture, BSDF, lights and environment, being three more j: so windows are left with what those
-   do not find, and each cell has its shares of the mixture, too.
+   where the sum goes over the windows and the other parts of the mixture, BSDF, lights and environment, too: so windows are
+   left with what those do not find, and each cell learns its shares of the mixture, as well.
    A cell is half of a larger one, and so on up to all that looks one way. It begins with what the larger one has learned, and
    takes that for the word of m more records than its own n (a Dirichlet prior):
        w_k  <-  (n sum v r_k / sum v + m w'_k) / (n + m).
@@ -9799,11 +9799,11 @@ static float pti_mixture_calm(pti_mixture *m, float potential) {       /* by how
     return calm;
 }
 /* Splitting, the other half of roulette (Arvo and Kirk 1990; by what a path can still bring: Vorba and Krivanek 2016). Where
-   the potential is above 1, the path goes on along so many rays that none's is; and while it is above a third, along so
-   many that the BSDF has one of them, and the lights and the environment have another, whatever their shares; where a sun
-   glints, the potential may be less. n rays from p are Veach's balance heuristic with several samples, and all that next-event
-   estimation has; but a ray that does not reach the lamp that it was aimed at goes on as well. A million at most: infinity times
-   no share is no number. */
+   the potential is above 1, the path goes on along so many rays that none's is (if there may be so many: see max_split); and while
+   it is above a third, along so many that the BSDF has one of them, and the lights and the environment have another, whatever their
+   shares; where a sun glints, the potential may be less. n rays from p are Veach's balance heuristic with several samples, and all
+   that next-event estimation has; but a ray that does not reach the lamp that it was aimed at goes on as well. A million at most:
+   infinity times no share is no number. */
 #define PTI_SPLIT_LEAST 0.35f
 static float pti_mixture_split(pti_mixture *m, float potential) {      /* how many rays */
     float n = pti_min(pti_max(potential, 1), 1e6f), far = m->lights + m->environment, more;
@@ -9922,7 +9922,8 @@ static void pti_mixture_note(const pti_mixture *m, float calm, const pti_step *s
     pti_on_map sky = step->sky;
     pt_vec3 f;
     int k;
-    if (trail->count == PTI_SHARE_TRAIL || step->delta || (m->bsdf + m->users >= 1 && !m->guided)) return;
+    if (trail->count == PTI_SHARE_TRAIL || step->delta) return;
+    if (m->bsdf + m->users >= 1 && !m->guided) return;   /* nothing is shared there */
     trail->count++;
     r->cell = s ? pti_share_cell(s, m->x) : 0;
     r->L = L;
@@ -10036,8 +10037,8 @@ typedef struct pti_tracer {                              /* what all paths of a 
    (tests/bench/figure_roulette.c), with 1/4 on none. */
 #define PTI_ROULETTE_START 0.25f
 #define PTI_ROULETTE_LEAST 0.05f
-static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {   /* looks at *potential */
-    float q = pti_max(pti_largest(*potential) * (1 / PTI_ROULETTE_START), PTI_ROULETTE_LEAST);
+static int pti_roulette(float by, pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {
+    float q = pti_max(by * (1 / PTI_ROULETTE_START), PTI_ROULETTE_LEAST);
     if (q >= 1) return 1;
     if (!pti_split(&u, q)) return 0;
     *beta = pti_scale(*beta, 1 / q);
@@ -10046,10 +10047,10 @@ static int pti_roulette(pt_vec3 *beta, pt_vec3 *potential, uint32_t u) {   /* lo
 }
 static int pti_path_goes_on(const pti_tracer *t, const pti_surface *surface, pt_vec3 *beta, pt_vec3 *potential,
                             uint32_t u) {
-    if (t->roulette == PT_ROULETTE_POTENTIAL)
-        return !(pti_largest(*potential) < PTI_ROULETTE_START) || surface->delta >= 0.999f
-            || pti_roulette(beta, potential, u);
-    return t->roulette == PT_ROULETTE_NONE || pti_roulette(potential, beta, u);
+    float by = pti_largest(t->roulette == PT_ROULETTE_POTENTIAL ? *potential : *beta);
+    if (t->roulette == PT_ROULETTE_NONE) return 1;
+    if (t->roulette == PT_ROULETTE_POTENTIAL && (!(by < PTI_ROULETTE_START) || surface->delta >= 0.999f)) return 1;
+    return pti_roulette(by, beta, potential, u);
 }
 /* A limit on diffuse scattering is one on light, not on vertices: what leaves a surface is a sum over lobes, each term of
    which counts or does not, however wi was drawn. So a path draws lots for who scattered it, with odds as the terms, and at

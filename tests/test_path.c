@@ -126,7 +126,7 @@ static void roulette_keeps_the_mean(void) {
         test_case("potential %d", k);
         for (i = 0; i < n; i++) {
             pt_vec3 beta = pt_v3(3, 2, 1), q = pt_v3(p[k][0], p[k][1], p[k][2]);
-            if (!pti_roulette(&beta, &q, (uint32_t)((i + 0.5) / n * 4294967296.0))) continue;
+            if (!pti_roulette(pti_largest(q), &beta, &q, (uint32_t)((i + 0.5) / n * 4294967296.0))) continue;
             sum += beta.y; potential += q.x; most = fmax(most, (double)pti_largest(q));
         }
         CHECK_NEAR(sum / n, 2, 2e-3);
