@@ -1566,19 +1566,21 @@ static void pti_sampler_start(pti_sampler *s, uint32_t index) {
     s->index = index;
     s->reversed = pti_reverse_bits(index);
 }
+/* Sobol's number of a dimension for the shuffled index, scrambled. */
+static uint32_t pti_sobol_number(uint32_t index, int dimension, uint32_t seed) {
+    static const uint32_t inner[4] = { 0x9e3779b9u, 0x06c10a79u, 0x6f4a9b3au, 0xf2296396u };     /* pti_hash2's part of k */
+    uint32_t x = pti_sobol_reversed(index, dimension);
+    return pti_reverse_bits(pti_scramble_reversed(x, pti_hash(seed ^ inner[dimension])));
+}
 /* Two numbers of a group of four: pair 0 or pair 1. */
 static void pti_draw2(const pti_sampler *s, uint32_t group, int pair, uint32_t u[2]) {
     uint32_t seed = pti_hash2(s->pixel_seed, group), index, cells;
-    static const uint32_t inner[4] = { 0x9e3779b9u, 0x06c10a79u, 0x6f4a9b3au, 0xf2296396u };     /* pti_hash2's part of k */
     pt_rng rng;
-    int k;
     switch (s->kind) {
     case PT_SAMPLER_SOBOL:
         index = pti_reverse_bits(pti_scramble_reversed(s->reversed, seed));      /* shuffled */
-        for (k = 0; k < 2; k++) {
-            uint32_t x = pti_sobol_reversed(index, 2 * pair + k);
-            u[k] = pti_reverse_bits(pti_scramble_reversed(x, pti_hash(seed ^ inner[2 * pair + k])));
-        }
+        u[0] = pti_sobol_number(index, 2 * pair, seed);
+        u[1] = pti_sobol_number(index, 2 * pair + 1, seed);
         break;
     case PT_SAMPLER_STRATIFIED:
         cells = s->strata_x * s->strata_y;
@@ -1593,6 +1595,15 @@ static void pti_draw2(const pti_sampler *s, uint32_t group, int pair, uint32_t u
         u[0] = pt_rng_u32(&rng);
         u[1] = pt_rng_u32(&rng);
     }
+}
+
+/* The first of pair 0, where the other is not wanted. */
+static uint32_t pti_draw1(const pti_sampler *s, uint32_t group) {
+    uint32_t seed = pti_hash2(s->pixel_seed, group), u[2];
+    if (s->kind == PT_SAMPLER_SOBOL)
+        return pti_sobol_number(pti_reverse_bits(pti_scramble_reversed(s->reversed, seed)), 0, seed);
+    pti_draw2(s, group, 0, u);
+    return u[0];
 }
 
 /* A coin with P(1) = w that leaves *u uniform again, for the next choice: R < w ? R / w : (R - w) / (1 - w), in integers.
@@ -4498,11 +4509,10 @@ static float pti_span_length(const pti_flight *f, const pti_volume *v, float t) 
 
 /* Its first random number: a stratified one of the volume's own, since all volumes' flights are independent. */
 static uint32_t pti_flight_draw(const pti_flight *f, const pti_volume *v) {
-    uint32_t which = (uint32_t)(v - f->volumes->all), u[2];
+    uint32_t which = (uint32_t)(v - f->volumes->all);
     pt_rng rng;
     if (!f->sampler) { rng = pti_sample_rng(pti_hash2(f->seed, which), f->index); return pt_rng_u32(&rng); }
-    pti_draw2(f->sampler, which ? f->group ^ (pti_hash(which) & 0xfffffffu) : f->group, 0, u);
-    return u[0];
+    return pti_draw1(f->sampler, which ? f->group ^ (pti_hash(which) & 0xfffffffu) : f->group);
 }
 static float pti_exponential(float u) { return -pti_log(1 - u); }
 static pt_vec3 pti_exp3(pt_vec3 x) {                     /* of greys, once; of 0, not at all */
@@ -4871,7 +4881,7 @@ static pt_vec3 pti_volume_transmittance(pti_flight *f, const pti_volume *v, floa
 #define PTI_FEW_VOLUMES 4
 typedef struct pti_visit {
     const pti_volumes *volumes;
-    size_t next;
+    size_t next, first;                                  /* the first so many all are visited; then the tree's */
     pti_ray ray;
     uint32_t stack[PTI_STACK];
     int top;
@@ -4879,17 +4889,18 @@ typedef struct pti_visit {
 static void pti_visit_begin(pti_visit *v, const pti_flight *f) {
     v->volumes = f->volumes;
     v->next = 0;
+    v->first = f->volumes->count;
     v->top = 0;
     if (f->volumes->count <= PTI_FEW_VOLUMES) return;
+    v->first = f->volumes->unbounded;
     pti_ray_prepare(&v->ray, f->org, f->dir, 0, f->time, 0);
     v->stack[v->top++] = f->volumes->tree.bvh.root;
 }
-static const pti_volume *pti_visit_next(pti_visit *v, float tmax) {
+PTI_NOINLINE const pti_volume *pti_visit_tree(pti_visit *v, float tmax) {
     const pti_volumes *all = v->volumes;
     const pti_node *n;
     float enter[PTI_WIDTH];
     uint32_t child, mask;
-    if (v->next < (all->count <= PTI_FEW_VOLUMES ? all->count : all->unbounded)) return all->all + v->next++;
     while (v->top) {
         child = v->stack[--v->top];
         if (child == PTI_NONE) continue;
@@ -4899,6 +4910,10 @@ static const pti_volume *pti_visit_next(pti_visit *v, float tmax) {
         for (; mask; mask ^= 1u << pti_highest_bit(mask)) v->stack[v->top++] = n->child[pti_highest_bit(mask)];
     }
     return NULL;
+}
+PTI_INLINE const pti_volume *pti_visit_next(pti_visit *v, float tmax) {
+    if (v->next < v->first) return v->volumes->all + v->next++;
+    return v->top ? pti_visit_tree(v, tmax) : NULL;
 }
 /* The nearest hit before *t, which becomes where it is; NULL: all pass. */
 static const pti_volume *pti_flight_hit(pti_flight *f, float *t) {
@@ -10114,11 +10129,9 @@ static const pti_material *pti_path_trace(const pti_tracer *t, pt_vec3 org, pt_v
 }
 /* The path's one wavelength, and in *beta its colour. */
 static float pti_path_wavelength(const pti_tracer *t, const pti_sampler *sampler, pt_vec3 *beta) {
+    float u = pti_u01(pti_draw1(sampler, PTI_GROUP_WAVELENGTH)), wavelength;
     pt_vec3 color;
-    uint32_t u[2];
-    float wavelength;
-    pti_draw2(sampler, PTI_GROUP_WAVELENGTH, 0, u);
-    wavelength = pti_sample_wavelength(&t->scene->spectrum, pti_u01(u[0]), &color);
+    wavelength = pti_sample_wavelength(&t->scene->spectrum, u, &color);
     *beta = pti_mul(*beta, color);
     return wavelength;
 }
@@ -10503,7 +10516,8 @@ static void pti_path_follow(pti_walk *w) {
     if (!surface.count) return;                          /* black, as lamps are */
     pti_draw2(w->sampler, path.group, 0, u);
     if (s->lights.count > 1 || s->density_count || m->wants_choice) pti_draw2(w->sampler, path.group, 1, choice);
-    if (x.volume.id) bright = pti_path_brightening(s, path.org, path.dir, &x);
+    if (x.volume.id && pti_largest(path.potential) < PTI_ROULETTE_START)       /* else roulette does not ask */
+        bright = pti_path_brightening(s, path.org, path.dir, &x);
     path.potential = pti_scale(path.potential, bright);
     if (!pti_path_goes_on(t, &surface, &path.beta, &path.potential, pti_hash2(w->sampler->index, u[0]))) return;
     path.potential = pti_scale(path.potential, 1 / bright);
@@ -11094,14 +11108,13 @@ PT_DEF pt_render *pt_render_create(const pt_scene *s, const pt_render_desc *d) {
 static pt_vec3 pti_render_sample(pt_render *r, const pti_sampler *sampler, pti_lens_point *at, pt_stats *stats,
                                  pti_share_trail *trail) {
     int exposes = r->desc.camera.shutter_close > r->desc.camera.shutter_open;
-    uint32_t v[2] = { 0, 0 }, t[2] = { 0, 0 };
+    uint32_t v[2] = { 0, 0 };
     pt_vec3 c, color = pt_v3(1, 1, 1);
     float seen;
     pt_ray ray;
     if (r->lens.aperture > 0) pti_draw2(sampler, 0, 1, v);
-    if (exposes) pti_draw2(sampler, PTI_GROUP_SHUTTER, 0, t);
     at->u = pti_u01(v[0]); at->v = pti_u01(v[1]);
-    at->shutter = pti_u01(t[0]);
+    at->shutter = exposes ? pti_u01(pti_draw1(sampler, PTI_GROUP_SHUTTER)) : 0.0f;
     at->wavelength = r->lens.camera.aberration != 0 ? pti_path_wavelength(&r->tracer, sampler, &color) : 0.0f;
     seen = pti_lens_ray(&r->lens, at, &ray);
     if (!(seen > 0)) return pt_v3(0, 0, 0);

@@ -226,6 +226,8 @@ static void draws_have_no_memory(void) {
             pti_draw2(&s, 99, 0, u);
             pti_draw2(&s, (uint32_t)i % 5, i & 1, u);
             CHECK(u[0] == first[i][0] && u[1] == first[i][1]);
+            pti_draw2(&s, (uint32_t)i, 0, u);
+            CHECK(pti_draw1(&s, (uint32_t)i) == u[0]);
             CHECK(!memcmp(&s, &copy, sizeof s));
             pti_draw2(&s, (uint32_t)i % 5 + 1, i & 1, u);              equal += u[0] == first[i][0];
             pti_draw2(&s, (uint32_t)i % 5, !(i & 1), u);               equal += u[0] == first[i][0];
