@@ -1,7 +1,7 @@
 /* Renders small scenes that between them touch everything, and prints a 64-bit FNV-1a hash of each picture's PFM, HDR and,
    in all curves, PNG and PPM. Every compiler, flag and machine must print the same (tests/portable.sh compares).  usage: portable [ISA] */
 #define PTI_GUIDE_WORTH 0.0f                             /* a guide, where one is asked for, does not step aside */
-#define PTI_GUIDE_PATHS 0
+#define PTI_GUIDE_PATHS 1
 #define PT_IMPLEMENTATION
 #include "../pt.h"
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* >>guide: the density against what it draws; that it changes no mean, no bit by threads; and that it finds the gap. */
 #define PTI_GUIDE_WORTH 0.0f                             /* always; when it steps aside: see test_mixture.c */
-#define PTI_GUIDE_PATHS 0
+#define PTI_GUIDE_PATHS 1
 #define PT_IMPLEMENTATION
 #define PT_STATIC
 #include "../pt.h"
