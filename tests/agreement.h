@@ -153,7 +153,7 @@ static inline pt_scene *sun_and_mesh(pt_scene *s, pt_render_desc *d) {
     d->camera.eye = pt_v3(0, 2, 3); d->camera.target = pt_v3(0, 0.4f, 0); d->camera.vfov_deg = 45;
     return NULL;
 }
-/* Two wide suns and gloss that mirrors them: metal, plastic, a rough pane of glass. */
+/* Two wide suns and gloss that mirrors them: metal, plastic, a ball of rough glass. */
 static inline pt_scene *suns_in_gloss(pt_scene *s, pt_render_desc *d) {
     pt_light_desc l;
     memset(&l, 0, sizeof l);
