@@ -3520,6 +3520,13 @@ static inline int pti_packet_hit(const pti_packet *p, uint32_t mask, const pti_l
     return found;
 }
 
+/* What is visited soon, and is not looked at now: branches in between are often mispredicted, and then it is on its way already.
+   (Objects are elsewhere; an idle fetch does no harm.) */
+PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
+    const char *p = (const char *)((uintptr_t)b->blocks + (uintptr_t)PTI_INDEX(child) * sizeof(pti_block));
+    PTI_FETCH(p); PTI_FETCH(p + 64); PTI_FETCH(p + 128); PTI_FETCH(p + 192);
+}
+
 /* What is still to be visited, the next on top, and where the ray enters it. There is room for a whole vector above. */
 typedef struct pti_stack { uint32_t child[2 * PTI_STACK + PTI_WIDTH]; float enter[2 * PTI_STACK + PTI_WIDTH]; } pti_stack;
 
@@ -3577,13 +3584,6 @@ static const uint32_t pti_set_bits[256] = { PTI_BITS64(0), PTI_BITS64(64), PTI_B
 /* Lane k: the k-th of eight times four bits (and what is above them, which permutations ignore). */
 PTI_AVX2 PTI_INLINE __m256i pti_spread_avx2(uint32_t fours) {
     return _mm256_srlv_epi32(_mm256_set1_epi32((int)fours), _mm256_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28));
-}
-/* The next child, as soon as it is known: the branches in between are often mispredicted, and then it is on its way already. And
-   those after it. (Objects are elsewhere; an idle fetch does no harm.) */
-PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
-    const char *p = (const char *)((uintptr_t)b->blocks + (uintptr_t)PTI_INDEX(child) * sizeof(pti_block));
-    _mm_prefetch(p, _MM_HINT_T0); _mm_prefetch(p + 64, _MM_HINT_T0);
-    _mm_prefetch(p + 128, _MM_HINT_T0); _mm_prefetch(p + 192, _MM_HINT_T0);
 }
 /* The child of the lowest bit of mask, which is in the node's order for an octant or, for any hit, as the node has them. Where none
    is left, the last: it is only fetched. */
@@ -3700,8 +3700,10 @@ PTI_INLINE int pti_traverse(const pti_geometry *scene, const pti_ray *world, pti
             if (!top) return hit->found;
             child = stack.child[--top];
             if (child != PTI_BACK) {
-                if (any || stack.enter[top] <= limit) break;
-                continue;                                /* it lies behind what has been hit since */
+                if (any) break;
+                if (stack.enter[top] > limit) continue;  /* it lies behind what has been hit since */
+                if (top) pti_prefetch(&bvh, stack.child[top - 1]);
+                break;
             }
             g = scene; r = world; bvh = g->bvh;
             slack = bvh.slack * fabsf(r->sz);
