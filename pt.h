@@ -523,7 +523,7 @@ typedef struct pt_weights { float bsdf, lights, environment; } pt_weights;
 
 /* How a path finds light. All have the same mean, and differ in noise and time. */
 typedef enum pt_integrator {
-    PT_INTEGRATOR_MIXTURE,                                /* one ray a vertex, from one density that knows lights */
+    PT_INTEGRATOR_MIXTURE,                                /* rays from one density that knows lights: see max_split */
     PT_INTEGRATOR_NEE,                                    /* next-event estimation: two rays a vertex, one drawn from the
                                                              lights, for what they send here, one from the BSDF and the
                                                              users' densities, to go on; both find emission, weighted
@@ -547,9 +547,9 @@ typedef struct pt_render_desc {
                                                              in media, all. 1 is for outdoors: direct light alone, and
                                                              that in mirrors, in gloss and through glass; 0 = no limit
                                                              but max_depth */
-    int max_split;                                        /* a path that is worth much goes on along up to so many rays, each
-                                                             for a part of it: 1 to 8, 0 = 8. 1 is the paper's one ray a
-                                                             vertex; next-event estimation has that always */
+    int max_split;                                        /* a path that is worth much goes on along up to so many rays,
+                                                             strata of one density: 1 to 8, 0 = 8. 1 is the paper's one
+                                                             ray a vertex; next-event estimation never splits */
     int tile, threads;                                    /* up to 65536, 0 = 32 pixels; up to 4096, 0 = one a core */
     uint64_t seed;
     int first_sample;                                     /* of a larger render that several machines share */
@@ -3520,8 +3520,8 @@ static inline int pti_packet_hit(const pti_packet *p, uint32_t mask, const pti_l
     return found;
 }
 
-/* What is visited soon, and is not looked at now: branches in between are often mispredicted, and then it is on its way already.
-   (Objects are elsewhere; an idle fetch does no harm.) */
+/* A place that will be visited soon: branches before that are often mispredicted, and then it is on its way already. (Objects are
+   elsewhere, marks nowhere; an idle fetch does no harm.) */
 PTI_INLINE void pti_prefetch(const pti_bvh *b, uint32_t child) {
     const char *p = (const char *)((uintptr_t)b->blocks + (uintptr_t)PTI_INDEX(child) * sizeof(pti_block));
     PTI_FETCH(p); PTI_FETCH(p + 64); PTI_FETCH(p + 128); PTI_FETCH(p + 192);
@@ -9807,7 +9807,7 @@ static void pti_mixture_glints(pti_mixture *m) {
 }
 /* A path that chose the BSDF again and again weighs up to (albedo / share)^depth, without bound in bright rooms: its second
    moment diverges. So a path whose potential (see >>path: its throughput, deltas left out) has grown above 1 gives the other
-   parts w / potential only, and the BSDF the rest. Shares may depend on the path's past. */
+   parts but the guide w / potential only, and the BSDF the rest. Shares may depend on the path's past. */
 static float pti_mixture_calm(pti_mixture *m, float potential) {       /* by how much */
     float calm = potential > 1 ? 1 / potential : 1.0f;
     m->lights *= calm;
@@ -9817,11 +9817,11 @@ static float pti_mixture_calm(pti_mixture *m, float potential) {       /* by how
     return calm;
 }
 /* Splitting, the other half of roulette (Arvo and Kirk 1990; by what a path can still bring: Vorba and Krivanek 2016). Where
-   the potential is above 1, the path goes on along so many rays that none's is (if there may be so many: see max_split); and while
-   it is above a third, along so many that the BSDF has one of them, and the lights and the environment have another, whatever their
-   shares; where a sun glints, the potential may be less. n rays from p are Veach's balance heuristic with several samples, and all
-   that next-event estimation has; but a ray that does not reach the lamp that it was aimed at goes on as well. A million at most:
-   infinity times no share is no number. */
+   the potential is above 1, the path goes on along so many rays that none's is (if there may be so many: see pti_path_split); and
+   while it is above a third, along so many that the BSDF has one of them, and the lights and the environment have another,
+   whatever their shares; where a sun glints, the potential may be less. n rays from p are Veach's balance heuristic with several
+   samples, and all that next-event estimation has; but a ray that does not reach the lamp that it was aimed at goes on as well.
+   A million at most: infinity times no share is no number. */
 #define PTI_SPLIT_LEAST 0.35f
 static float pti_mixture_split(pti_mixture *m, float potential) {      /* how many rays */
     float n = pti_min(pti_max(potential, 1), 1e6f), far = m->lights + m->environment, more;
@@ -9884,8 +9884,8 @@ static int pti_is_direction(pt_vec3 d) { return fabsf(pti_dot(d, d) - 1) < 1e-3f
    splitting: through a window, weights are small just because light is there. */
 typedef struct pti_step { pt_vec3 wi, weight; int delta; float p, plain; pti_on_map sky; } pti_step;
 
-/* u and v become the direction; which part draws it is decided by u first, which is then stretched to be whole again. choice
-   picks among lights or the user's densities, its second number what a lobe has to decide; they may be 0 where neither is.
+/* u and v become the direction; which part draws it is decided by u first, which is then stretched to fill that part. choice
+   picks among lights or the user's densities, its second number what a lobe has to decide; where neither is, it may be anything.
    0: the path ends here. */
 static int pti_mixture_sample(const pti_mixture *m, uint32_t u, uint32_t v, const uint32_t choice[2], pti_step *step) {
     const pt_scene *s = m->scene;
@@ -10025,8 +10025,8 @@ static void pti_shares_step(pti_shares *s) {
 }
 
 /* ---- >>path --------------------------------------------------------------------------------------------
-   The estimator, one ray a vertex, or several strata of one:
-       L += beta Le;   wi ~ p;   beta *= f |cos| / p
+   The estimator, one ray a vertex, or n strata of p:
+       L += beta Le;   wi ~ p;   beta *= f |cos| / (n p)
    Dimensions: group 0 is the pixel's, group 1 + k that of vertex k, unless the path came from a split; the moment and the
    wavelength have their own. */
 #define PTI_GROUP_SHUTTER 0xffffffffu                    /* no path has so many vertices */
@@ -10419,7 +10419,7 @@ typedef struct pti_walk {
    only. In small rooms it grew from 14 rays a path to ten thousand. */
 #define PTI_SPLIT_RAYS 16384
 #define PTI_SPLIT_RAYS_GUIDED 32
-/* How many rays go on from mix, whose shares are changed so that they are the parts' rays. */
+/* How many rays go on from mix, whose shares become the parts' shares of them. */
 static int pti_path_split(const pti_walk *w, const pti_path *path, pti_mixture *mix, uint32_t u) {
     float n;
     int room = PTI_PATHS - w->count, most = room < w->tracer->max_split ? room : w->tracer->max_split;
@@ -10430,16 +10430,16 @@ static int pti_path_split(const pti_walk *w, const pti_path *path, pti_mixture *
     if (!(n > 1)) return 1;                              /* nor with NaN */
     return n < (float)most ? (int)n + pti_split(&u, n - (float)(int)n) : most;
 }
-/* Ray k of n, from mix, where *path stands. The rays are strata: ray k has (k + u) / n, and so its own part of the mixture, the
-   same one in each sample, with all of u left to choose a direction. (u + k/n (mod 1) would be as right; but then two rays take
-   turns at two parts, and each part has half of the u: up to an eighth more variance.) The other numbers are shifted by a constant,
-   which leaves them stratified over the samples. */
+/* Ray k of n, from mix, where *path stands. The rays are strata: ray k has (k + u) / n; where all n w_i are whole, it has a part of
+   the mixture to itself, the same in each sample, with all of u to choose a direction. (u + k/n (mod 1) would be as right; but
+   then two rays take turns at two parts, and each part has half of the u: up to an eighth more variance in a picture.) The other
+   numbers are XORed with a constant, which leaves them stratified over the samples. */
 static void pti_path_send(pti_walk *w, const pti_path *path, const pti_mixture *mix, float calm, int k, int n, const uint32_t u[2],
                           const uint32_t choice[2]) {
     const pti_tracer *t = w->tracer;
     const pti_surface *surface = mix->surface;
     const pt_vertex *x = surface->x;
-    uint32_t shift = k ? pti_hash2(path->group, (uint32_t)k) & PTI_GROUP_MASK : 0, picks[2];
+    uint32_t shift = k ? pti_hash2(path->group, (uint32_t)k) : 0, picks[2];
     uint32_t stratum = (uint32_t)(((uint64_t)(uint32_t)k << 32 | u[0]) / (uint32_t)n);
     pti_path *next = w->path + w->count;
     pti_step step;
@@ -10454,10 +10454,10 @@ static void pti_path_send(pti_walk *w, const pti_path *path, const pti_mixture *
         return;
     }
     next->wavelength = path->wavelength;
-    next->group = (k ? shift : path->group) + 1;
+    next->group = ((k ? shift : path->group) + 1) & PTI_GROUP_MASK;
     next->depth = path->depth + 1;
     next->diffuse = path->diffuse;
-    if (t->max_diffuse) next->diffuse += pti_step_is_diffuse(surface, &step, pti_hash2(next->group, u[1]));
+    if (t->max_diffuse) next->diffuse += pti_step_is_diffuse(surface, &step, pti_hash2(~next->group, u[1]));
     next->beta = pti_mul(path->beta, step.weight);
     next->potential = step.delta ? path->potential : pti_mul(path->potential, pti_scale(step.weight, step.plain));
     if (!step.delta && surface->squeeze != 1 && !pti_same_side(x, x->wo, step.wi))
@@ -10525,6 +10525,7 @@ static void pti_path_follow(pti_walk *w) {
     if (x.volume.id && pti_largest(path.potential) < PTI_ROULETTE_START)       /* else roulette does not ask */
         bright = pti_path_brightening(s, path.org, path.dir, &x);
     path.potential = pti_scale(path.potential, bright);
+    /* Hashed, here and below: a number that decides anything by itself is no longer even where that was decided. */
     if (!pti_path_goes_on(t, &surface, &path.beta, &path.potential, pti_hash2(w->sampler->index, u[0]))) return;
     path.potential = pti_scale(path.potential, 1 / bright);
     mix = pti_mixture_at(s, &surface, &t->weights);

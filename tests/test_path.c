@@ -315,7 +315,7 @@ static void direct_light_of_a_square(void) {
     }
 }
 /* Two rays from a floor under a lamp and a dim sky: each keeps to its part of the mixture, so that all samples together are as
-   even there as those of next-event estimation, which has numbers of their own for both. (Errors are 1.06 of its; did rays and
+   even there as those of next-event estimation, which has numbers of its own for each. (Errors are 1.06 of its; did rays and
    parts take turns, 1.44.) */
 static void rays_of_a_split_keep_to_their_parts(void) {
     pt_scene *s = pt_scene_create(NULL);
