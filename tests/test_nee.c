@@ -272,14 +272,16 @@ static void lots_of_their_own(void) {
     pt_render_desc d = view_down(pt_v3(0.3f, 0, 0.2f), 64, 1);
     stats_moments third = { 0, 0, 0 }, others;
     int i;
-    floor_of(s, 3, pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_PRINCIPLED, .color = { 0.5f, 0.5f, 0.5f }, .roughness = 0.5f, .ior = 4 }));
-    pt_add_box(s, pt_v3(-3, -1, -3), pt_v3(3, 3, 3), NULL, pt_add_material(s, &(pt_material_desc){ .color = { 0.9f, 0.9f, 0.9f }, .emission = { 1, 1, 1 }, .two_sided = 1 }));
+    floor_of(s, 3, pt_add_material(s, &(pt_material_desc){ .bsdf = PT_BSDF_PRINCIPLED, .color = { 0.5f, 0.5f, 0.5f },
+                                                           .roughness = 0.5f, .ior = 4 }));
+    pt_add_box(s, pt_v3(-3, -1, -3), pt_v3(3, 3, 3), NULL,
+               pt_add_material(s, &(pt_material_desc){ .color = { 0.9f, 0.9f, 0.9f }, .emission = { 1, 1, 1 }, .two_sided = 1 }));
     pt_add_density(s, &(pt_density_desc){ 0.5f, sphere_sample, sphere_pdf, NULL, NULL });
     commit(s);
     d.max_depth = 2; d.max_diffuse = 1;
     d.first_sample = 2;
     for (d.seed = 0; d.seed < 16; d.seed++) {
-        if (!render(s, &d, rgb, NULL)) return;
+        if (!render(s, &d, rgb, NULL)) break;
         for (i = 0; i < 64 * 64; i++) stats_push(&third, rgb[3 * i]);
     }
     d.first_sample = 64; d.spp = 64;
